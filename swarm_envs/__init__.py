@@ -1,0 +1,1 @@
+"""Calibrated worlds of the HeRo+ robot swarm."""
