@@ -1,0 +1,266 @@
+"""Numbers that say what a swarm does, from its trajectories.
+
+Every function takes trajectories with ``poses`` (worlds, frames, robots, 3) in m, m, rad, ``time`` (frames,) in s and ``world``, and
+returns one number per world, (worlds,), unless it says otherwise. Averages run over the last ``steps`` ticks of the run (100 in the paper,
+10 s); when fewer are recorded, over all. Where only every n-th tick is recorded the same time span is taken from fewer frames.
+
+Symbols: p_i position of robot i, c = mean p_i the swarm's centroid, v_i = (p_i - p_i before) / dt its velocity by backward difference
+between recorded frames, a x b = a_x b_y - a_y b_x, r = sqrt(w^2 + h^2) / 2 with w and h the sides of the arena's bounding box; mean_i over
+robots, and the mean over frames where nothing else is said.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+from numba import njit
+
+from swarm_envs.worlds.spec import Polygon, WorldSpec
+
+Array = npt.NDArray[np.float64]
+Flags = npt.NDArray[np.bool_]
+
+CONTACT_GAP = 1.5e-3
+"""Gap in m up to which two robots, or a robot and a wall, are said to touch; the simulation's overlap bound is of this size."""
+
+
+class Trajectories(Protocol):
+    """What metrics need of :class:`swarm_envs.Trajectories`."""
+
+    @property
+    def poses(self) -> Array:
+        """(worlds, frames, robots, 3) in m, m, rad."""
+
+    @property
+    def time(self) -> Array:
+        """(frames,) in s."""
+
+    @property
+    def world(self) -> WorldSpec:
+        """The world that all runs happened in."""
+
+
+def hand_crafted(trajectories: Trajectories, steps: int = 100) -> Array:
+    """Return the five hand-crafted measures of the paper's baseline (Brown et al. 2018), (worlds, 5).
+
+    In this order: :func:`average_speed`, :func:`angular_momentum`, :func:`radial_variance`, :func:`scatter`, :func:`group_rotation`.
+    """
+    measures = (average_speed, angular_momentum, radial_variance, scatter, group_rotation)
+    return np.stack([measure(trajectories, steps) for measure in measures], axis=1)
+
+
+def average_speed(trajectories: Trajectories, steps: int = 100) -> Array:
+    """Mean_i |v_i| in m/s."""
+    return np.asarray(np.hypot(*_last(trajectories, steps).velocity).mean(axis=(1, 2)))
+
+
+def angular_momentum(trajectories: Trajectories, steps: int = 100) -> Array:
+    """Mean_i v_i x (p_i - c) / r in m/s; negative when the swarm turns counter-clockwise."""
+    part = _last(trajectories, steps)
+    return np.asarray(_cross(part.velocity, part.arm).mean(axis=(1, 2)) / world_radius(trajectories.world))
+
+
+def radial_variance(trajectories: Trajectories, steps: int = 100) -> Array:
+    """Var_i |p_i - c| / (0.15 r^2), without unit; 0 on a circle. The variance is that of the population (divided by its number)."""
+    part = _last(trajectories, steps)
+    return np.asarray(np.hypot(*part.arm).var(axis=2).mean(axis=1) / (0.15 * world_radius(trajectories.world) ** 2))
+
+
+def scatter(trajectories: Trajectories, steps: int = 100) -> Array:
+    """Mean_i |p_i - c|^2 / r^2, without unit."""
+    part = _last(trajectories, steps)
+    return np.asarray((part.arm[0] ** 2 + part.arm[1] ** 2).mean(axis=(1, 2)) / world_radius(trajectories.world) ** 2)
+
+
+def group_rotation(trajectories: Trajectories, steps: int = 100) -> Array:
+    """Mean_i v_i x (p_i - c) / |p_i - c| in m/s; negative counter-clockwise. A robot on the centroid counts as zero."""
+    part = _last(trajectories, steps)
+    distance = np.hypot(*part.arm)
+    return np.asarray((_cross(part.velocity, part.arm) / np.where(distance > 0, distance, 1.0)).mean(axis=(1, 2)))
+
+
+def polarization(trajectories: Trajectories, steps: int = 100) -> Array:
+    """|Mean_i (cos theta_i, sin theta_i)|, from 0 (headings cancel) to 1 (all alike)."""
+    heading = _window(trajectories, steps)[..., 2]
+    return np.asarray(np.hypot(np.cos(heading).mean(axis=2), np.sin(heading).mean(axis=2)).mean(axis=1))
+
+
+def convex_hull_area(trajectories: Trajectories, steps: int = 100) -> Array:
+    """Area of the convex hull of the robots' centres in m^2."""
+    positions = _window(trajectories, steps)[..., :2]
+    worlds, frames, robots = positions.shape[:3]
+    swarms = shapely.multipoints(positions.reshape(-1, 2), indices=np.repeat(np.arange(worlds * frames), robots))
+    return np.asarray(shapely.area(shapely.convex_hull(swarms)).reshape(worlds, frames).mean(axis=1))
+
+
+def nearest_neighbour_distance(trajectories: Trajectories, steps: int = 100) -> Array:
+    """Mean_i of the distance to the nearest other robot's centre in m; infinite for a lone robot."""
+    return np.asarray(_nearest(np.ascontiguousarray(_window(trajectories, steps))).mean(axis=(1, 2)))
+
+
+def collisions(trajectories: Trajectories, steps: int = 100) -> Array:
+    """Share of robots that touch a robot, a wall or an obstacle, from 0 to 1; gaps up to ``CONTACT_GAP`` count as touching."""
+    return np.asarray(in_contact(trajectories.world, _window(trajectories, steps)).mean(axis=(1, 2)))
+
+
+def coverage(trajectories: Trajectories, steps: int | None = None) -> Array:
+    """Share of the arena that some robot's contact disc swept, from 0 to 1; over the whole run unless ``steps`` are given.
+
+    Measured on a square lattice of points as far apart as half the smallest contact radius, obstacles and the outside left out; a point is
+    swept when it lies in a contact disc in some recorded frame.
+    """
+    world = trajectories.world
+    poses = trajectories.poses if steps is None else _window(trajectories, steps)
+    radii = contact_radii(world)
+    (left, bottom), (width, height) = np.min(world.arena.outline, axis=0), world.size
+    spacing = max(radii.min() / 2, math.sqrt(width * height / 1e6))
+    columns, rows = max(1, round(width / spacing)), max(1, round(height / spacing))
+    step_x, step_y = width / columns, height / rows
+    xs, ys = left + step_x * (np.arange(columns) + 0.5), bottom + step_y * (np.arange(rows) + 0.5)
+    points = np.stack(np.meshgrid(xs, ys), axis=-1).reshape(-1, 2)
+    floor = _inside(world.arena.outline, points)
+    for obstacle in world.arena.obstacles:
+        floor &= ~_inside(obstacle.outline, points)
+    return _swept(np.ascontiguousarray(poses), radii, floor.reshape(rows, columns), np.array([left, bottom, step_x, step_y]))
+
+
+def in_contact(world: WorldSpec, poses: npt.ArrayLike) -> Flags:
+    """Say which robots touch another robot, a wall or an obstacle.
+
+    Args:
+        world: The world.
+        poses: (..., robots, 2 or more) in m.
+
+    Returns:
+        (..., robots) bool.
+    """
+    where = np.asarray(poses, dtype=np.float64)
+    flat = np.ascontiguousarray(where[..., :2]).reshape(-1, where.shape[-2], 2)
+    return _touching(flat, contact_radii(world), wall_segments(world), CONTACT_GAP).reshape(where.shape[:-1])
+
+
+def world_radius(world: WorldSpec) -> float:
+    """Half the diagonal of the arena's bounding box in m: the r of the formulas."""
+    return math.hypot(*world.size) / 2
+
+
+def contact_radii(world: WorldSpec) -> Array:
+    """Contact radius of each robot, (robots,) in m."""
+    return np.array([robot.body.contact_radius for robot in world.robots], dtype=np.float64)
+
+
+def wall_segments(world: WorldSpec) -> Array:
+    """Edges of the arena's outline and of its obstacles, (edges, 4): x and y of both ends in m."""
+    rings = [np.array(ring, dtype=np.float64) for ring in (world.arena.outline, *(o.outline for o in world.arena.obstacles))]
+    return np.concatenate([np.concatenate([ring, np.roll(ring, -1, axis=0)], axis=1) for ring in rings])
+
+
+class _Part:
+    """The last part of all runs: ``velocity`` and ``arm`` = p - c, each (2, worlds, frames, robots)."""
+
+    def __init__(self, poses: Array, time: Array) -> None:
+        position = np.moveaxis(poses[..., :2], -1, 0)
+        self.arm = position[:, :, 1:] - position[:, :, 1:].mean(axis=-1, keepdims=True)
+        self.velocity = np.diff(position, axis=2) / np.diff(time)[:, None]
+
+
+def _last(trajectories: Trajectories, steps: int) -> _Part:
+    """The last steps: positions at their ends, velocities over them."""
+    first = _first_frame(trajectories, steps)
+    return _Part(trajectories.poses[:, first:], np.asarray(trajectories.time)[first:])
+
+
+def _window(trajectories: Trajectories, steps: int) -> Array:
+    """Poses at the ends of the last steps, (worlds, frames, robots, 3)."""
+    return trajectories.poses[:, _first_frame(trajectories, steps) + 1 :]
+
+
+def _first_frame(trajectories: Trajectories, steps: int) -> int:
+    """The recorded frame that the last ``steps`` ticks start from."""
+    time = np.asarray(trajectories.time)
+    if len(time) < 2:
+        raise ValueError(f"the trajectories hold {len(time)} frame(s), expected at least 2: a metric needs a step to look at")
+    tick = trajectories.world.tick
+    return int(min(np.searchsorted(time, time[-1] - (steps + 0.5) * tick), len(time) - 2))
+
+
+def _cross(a: Array, b: Array) -> Array:
+    return np.asarray(a[0] * b[1] - a[1] * b[0])
+
+
+def _inside(outline: Polygon, points: Array) -> Flags:
+    """Which points (n, 2) lie inside a polygon, by counting the edges to their right."""
+    x, y = points[:, 0], points[:, 1]
+    inside = np.zeros(len(points), dtype=np.bool_)
+    for (x0, y0), (x1, y1) in zip(outline, (*outline[1:], outline[0]), strict=True):
+        if y0 != y1:
+            inside ^= ((y0 > y) != (y1 > y)) & (x < x0 + (y - y0) * (x1 - x0) / (y1 - y0))
+    return inside
+
+
+@njit(cache=True, nogil=True)
+def _nearest(poses: Array) -> Array:
+    """Distance to the nearest other robot, (worlds, frames, robots)."""
+    worlds, frames, robots = poses.shape[:3]
+    out = np.full((worlds, frames, robots), np.inf)
+    for world, frame in np.ndindex(worlds, frames):
+        at, best = poses[world, frame], out[world, frame]
+        for i in range(robots):
+            for j in range(i):
+                distance = math.hypot(at[i, 0] - at[j, 0], at[i, 1] - at[j, 1])
+                best[i], best[j] = min(best[i], distance), min(best[j], distance)
+    return out
+
+
+@njit(cache=True, nogil=True)
+def segment_distance(x: float, y: float, segment: Array) -> float:
+    """Distance from a point to a segment (x0, y0, x1, y1)."""
+    dx, dy = segment[2] - segment[0], segment[3] - segment[1]
+    length = dx * dx + dy * dy
+    share = ((x - segment[0]) * dx + (y - segment[1]) * dy) / length if length > 0 else 0.0
+    share = min(1.0, max(0.0, share))
+    return float(math.hypot(x - segment[0] - share * dx, y - segment[1] - share * dy))
+
+
+@njit(cache=True, nogil=True)
+def _touching(positions: Array, radii: Array, walls: Array, gap: float) -> Flags:
+    """Which robots touch something, (moments, robots) of positions (moments, robots, 2)."""
+    moments, robots = positions.shape[:2]
+    out = np.zeros((moments, robots), dtype=np.bool_)
+    for moment in range(moments):
+        at, touch = positions[moment], out[moment]
+        for i in range(robots):
+            x, y = at[i, 0], at[i, 1]
+            for k in range(walls.shape[0]):
+                if segment_distance(x, y, walls[k]) <= radii[i] + gap:
+                    touch[i] = True
+            for j in range(i):
+                reach = radii[i] + radii[j] + gap
+                if (at[j, 0] - x) ** 2 + (at[j, 1] - y) ** 2 <= reach * reach:
+                    touch[i] = touch[j] = True
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _swept(poses: Array, radii: Array, floor: Flags, lattice: Array) -> Array:
+    """Share of the floor's lattice points that lay in a disc in some frame, (worlds,)."""
+    worlds, frames, robots = poses.shape[:3]
+    rows, columns = floor.shape
+    out = np.empty(worlds)
+    for world in range(worlds):
+        swept = np.zeros((rows, columns), dtype=np.bool_)
+        for frame, robot in np.ndindex(frames, robots):
+            x, y = (poses[world, frame, robot, 0] - lattice[0]) / lattice[2], (poses[world, frame, robot, 1] - lattice[1]) / lattice[3]
+            reach_x, reach_y = radii[robot] / lattice[2], radii[robot] / lattice[3]
+            if not (-reach_x < x < columns + reach_x and -reach_y < y < rows + reach_y):
+                continue
+            for row in range(max(0, math.floor(y - reach_y)), min(rows, math.floor(y + reach_y) + 1)):
+                for column in range(max(0, math.floor(x - reach_x)), min(columns, math.floor(x + reach_x) + 1)):
+                    if ((column + 0.5 - x) / reach_x) ** 2 + ((row + 0.5 - y) / reach_y) ** 2 <= 1:
+                        swept[row, column] = floor[row, column]
+        out[world] = swept.sum() / floor.sum()
+    return out
