@@ -51,11 +51,7 @@ def start_points(world: WorldSpec) -> npt.NDArray[np.float64]:
         WorldError: When no lattice has room for every robot.
     """
     radius = max(robot.body.contact_radius for robot in world.robots)
-    free: shapely.Geometry = Polygon(world.arena.outline).buffer(-radius - CLEARANCE)
-    taken = [Polygon(obstacle.outline) for obstacle in world.arena.obstacles]
-    taken += [object_footprint(item) for item in world.objects]
-    if taken:
-        free = free.difference(shapely.union_all([shape.buffer(radius + CLEARANCE) for shape in taken]))
+    free = free_floor(world, radius + CLEARANCE)
     shapely.prepare(free)
     start = world.start
     centre = _centre(world)
@@ -78,6 +74,13 @@ def start_points(world: WorldSpec) -> npt.NDArray[np.float64]:
                 "take fewer robots or a larger arena"
             )
         spacing = max(closest, spacing * 0.98)
+
+
+def free_floor(world: WorldSpec, margin: float) -> shapely.Geometry:
+    """Where the centre of a disc of radius ``margin`` m may be at the start: clear of walls, obstacles and objects."""
+    floor = Polygon(world.arena.outline).buffer(-margin, join_style="mitre")
+    taken = [Polygon(obstacle.outline) for obstacle in world.arena.obstacles] + [object_footprint(item) for item in world.objects]
+    return shapely.difference(floor, shapely.union_all([shape.buffer(margin) for shape in taken]))
 
 
 def object_footprint(item: PushableObject) -> Polygon:

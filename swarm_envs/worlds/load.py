@@ -126,7 +126,8 @@ def _read_yaml(path: Path, seen: tuple[Path, ...] = ()) -> dict[str, Any]:
     sibling = path.parent / f"{base}.yaml"
     folder = ROBOTS if path.parent == ROBOTS else WORLDS
     base_path = sibling if sibling.is_file() else _find(str(base), folder, "base")
-    return _merge(_read_yaml(base_path, (*seen, path)), document)
+    merged: dict[str, Any] = _merge(_read_yaml(base_path, (*seen, path)), document)
+    return merged
 
 
 def _merge(base: Any, over: Any) -> Any:
@@ -192,16 +193,7 @@ class _Reader:
         for needed in ("body", "drive", "sensors"):
             if needed not in node:
                 self.fail(needed, "missing; every robot file needs body, drive and sensors")
-        sensors = node["sensors"]
-        if not isinstance(sensors, list):
-            self.fail("sensors", f"given {sensors!r}, expected a list of sensors")
-        return RobotModel(
-            name=str(node.get("name", self.path.stem)),
-            body=self.section(Body, node["body"], "body"),
-            drive=self.section(Drive, node["drive"], "drive"),
-            sensors=tuple(self.section(Sensor, item, f"sensors[{i}]") for i, item in enumerate(sensors)),
-            effects=self.section(Effects, node.get("effects", {}), "effects"),
-        )
+        return self.build_model(node, str(node.get("name", self.path.stem)), "")
 
     def robots(self) -> tuple[RobotModel, ...]:
         """The world's robots in order, from ``robot`` (one model) or ``robots`` (a list of models with counts)."""
@@ -231,6 +223,8 @@ class _Reader:
     def model(self, node: Any, key: str) -> RobotModel:
         """A robot model from its name or path, or from a mapping ``{extends: name, ...changes}``."""
         overrides: Mapping[str, Any] = {}
+        if isinstance(node, Mapping) and "extends" not in node:
+            return self.inline_model(node, key)
         if isinstance(node, Mapping):
             overrides = {name: value for name, value in node.items() if name != "extends"}
             node = node.get("extends")
@@ -245,6 +239,25 @@ class _Reader:
         model = reader.robot_model(overrides)
         self.provenance |= {f"robot.{name}": p for name, p in reader.provenance.items()}
         return model
+
+    def inline_model(self, node: Mapping[str, Any], key: str) -> RobotModel:
+        """A robot model written out in the world file."""
+        self.check_keys(node, ROBOT_KEYS, key)
+        for needed in ("body", "drive", "sensors"):
+            if needed not in node:
+                self.fail(f"{key}.{needed}", "missing; a robot written out needs body, drive and sensors (or give extends: name)")
+        return self.build_model(node, str(node.get("name", "robot")), "robot.")
+
+    def build_model(self, node: Mapping[str, Any], name: str, prefix: str) -> RobotModel:
+        if not isinstance(node["sensors"], list):
+            self.fail(f"{prefix}sensors", f"given {node['sensors']!r}, expected a list of sensors")
+        return RobotModel(
+            name=name,
+            body=self.section(Body, node["body"], f"{prefix}body"),
+            drive=self.section(Drive, node["drive"], f"{prefix}drive"),
+            sensors=tuple(self.section(Sensor, item, f"{prefix}sensors[{i}]") for i, item in enumerate(node["sensors"])),
+            effects=self.section(Effects, node.get("effects", {}), f"{prefix}effects"),
+        )
 
     def count(self, item: Any, key: str) -> int:
         value, provenance = read_leaf(item, f"{self.path.name}: {key}", "1")

@@ -1,0 +1,82 @@
+"""``@compiled``: numba with a cache that cannot be stale.
+
+numba caches a function by its own file's date and does not notice when a function that it calls has changed in another file.
+Here the cache's folder is named after the contents of the sources that a function may call: those of its own folder and of the
+simulation. Any edit or upgrade of them compiles anew.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+import sys
+import tempfile
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numba
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+SIMULATION = Path(__file__).parent / "simulation"
+KEPT = 12
+"""Caches of this many states of sources are kept."""
+
+
+def compiled(**options: Any) -> Callable[[F], F]:
+    """Decorate a function to be compiled on first use, without the interpreter's lock, and cached on disk.
+
+    Args:
+        **options: Passed to :func:`numba.njit`, such as ``inline`` or ``fastmath``.
+    """
+
+    def decorate(function: F) -> F:
+        before = numba.config.CACHE_DIR
+        numba.config.CACHE_DIR = str(cache_folder(Path(function.__code__.co_filename).parent))
+        try:
+            return numba.njit(cache=True, nogil=True, **options)(function)  # type: ignore[no-any-return]
+        finally:
+            numba.config.CACHE_DIR = before
+
+    return decorate
+
+
+@cache
+def cache_folder(package: Path = SIMULATION) -> Path:
+    """Return the folder of compiled code for the present sources of a package folder and the simulation, and this numba.
+
+    It is ``swarm_envs`` in the user's cache folder (or in ``NUMBA_CACHE_DIR``), else in the temporary folder.
+    """
+    digest = hashlib.sha256(f"{numba.__version__} {sys.version}".encode())
+    for source in [*sorted(SIMULATION.glob("*.py")), *sorted(package.glob("*.py"))]:
+        digest.update(source.read_bytes())
+    name = digest.hexdigest()[:16]
+    base = os.environ.get("NUMBA_CACHE_DIR") or os.path.join(os.environ.get("XDG_CACHE_HOME") or "~/.cache", "swarm_envs")
+    for root in (Path(base).expanduser(), Path(tempfile.gettempdir()) / f"swarm_envs_{os.getuid() if hasattr(os, 'getuid') else 0}"):
+        try:
+            (root / name).mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=root / name):
+                pass
+        except OSError:
+            continue
+        _forget_old(root, keep=name)
+        return root / name
+    return Path(tempfile.mkdtemp(prefix="swarm_envs_"))
+
+
+def announce_compilation() -> None:
+    """Say in one line, once per state of the sources, that the first use compiles."""
+    marker = cache_folder() / "announced"
+    if not marker.exists():
+        print("swarm_envs: compiling the simulation; this takes about 20 s, once", file=sys.stderr, flush=True)
+        marker.touch()
+
+
+def _forget_old(root: Path, keep: str) -> None:
+    """Remove the caches of older sources, the oldest first."""
+    caches = [path for path in root.iterdir() if path.is_dir() and path.name != keep and len(path.name) == 16]
+    for path in sorted(caches, key=lambda path: path.stat().st_mtime, reverse=True)[KEPT - 1 :]:
+        shutil.rmtree(path, ignore_errors=True)

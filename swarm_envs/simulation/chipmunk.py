@@ -1,0 +1,216 @@
+"""The contact law by Chipmunk: discs, boxes and polygons, driven from compiled code.
+
+``cpSpaceStep`` moves bodies with the velocities of the step before and solves contacts afterwards, so a wish written into a body's
+velocity before the step would move it unsolved. Here the bodies' position function does nothing; a substep is: write the wishes, step
+(find contacts, solve), then move every body with the solved velocity. The solver has the last word and a command acts without delay.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import pymunk
+from pymunk._chipmunk_cffi import ffi, lib
+
+from swarm_envs.compiled import compiled
+from swarm_envs.simulation import parameters as p
+from swarm_envs.simulation.actuation import drive
+from swarm_envs.simulation.chipmunk_calls import (
+    BODIES,
+    EACH_BODY,
+    GET_BATCH,
+    GET_DATA,
+    MOVE_BODY,
+    SET_BATCH,
+    SET_DATA,
+    SPACE,
+    STEP,
+    address,
+    call_with_double,
+    call_with_pointers,
+    function_addresses,
+    stay,
+)
+from swarm_envs.simulation.parameters import FloatArray, WorldArrays, compile_world
+from swarm_envs.simulation.state import StateArrays
+from swarm_envs.simulation.touching import anything_near
+from swarm_envs.worlds import WorldSpec
+
+ITERATIONS = 10
+"""Chipmunk's solver iterations in a substep."""
+SLOP = 2e-4
+"""Overlap in m that Chipmunk leaves alone; its default is 0.1 in the space's unit of length, which would be 10 cm."""
+BIAS = 0.5**60
+"""Share of an overlap that remains after a second; half of it is gone in 1/60 s."""
+CLOSING = 0.0036
+"""Two robots may close by at most this many metres in a substep; see :func:`substeps_for`."""
+SUBSTEPS = (1, 2, 4, 5, 10, 20)
+"""Allowed substeps: divisors of the drive's own lattice of pieces."""
+GRAVITY = 9.81
+"""m/s^2, for the floor friction of pushable objects."""
+
+
+class SpaceArrays(NamedTuple):
+    """What compiled code needs to drive the Chipmunk spaces of W worlds (N bodies: robots, then objects)."""
+
+    handles: npt.NDArray[np.int64]
+    """(W, 8 + N) addresses of functions, space, batches and bodies."""
+    counters: npt.NDArray[np.int32]
+    """(W, 2) numbers of values in the get and the set batch, written before each use."""
+    get_values: FloatArray
+    """(W, 6 (N + 2)) position, angle, velocity and spin of each body; the static body comes last, and pymunk grows a full batch."""
+    set_values: FloatArray
+    """(W, 3 (N + 2)) velocity and spin to be set; the static body comes last and gets zeros."""
+    substeps: int
+    """Substeps of a tick in which something is near enough to touch."""
+
+
+def substeps_for(world: WorldSpec) -> int:
+    """Return the substeps of a tick that keep the overlap of two robots that meet head-on below 5 mm."""
+    closing = 2.0 * compile_world(world).reach
+    return next((n for n in SUBSTEPS if closing / n <= CLOSING), SUBSTEPS[-1])
+
+
+class Spaces:
+    """The Chipmunk spaces of some worlds, and the memory through which compiled code reaches them.
+
+    A space is built anew at each start, since the order in which Chipmunk's tree has grown decides the order of contacts
+    and so the last bits of a result.
+    """
+
+    def __init__(self, world: WorldSpec, num_worlds: int) -> None:
+        self.world = world
+        bodies = world.num_robots + len(world.objects)
+        self._keep: list[list[Any]] = [[] for _ in range(num_worlds)]
+        self._counts = np.zeros((num_worlds, 2, 4), np.int32)  # pmFloatArray: num, max, then a pointer of 8 bytes
+        self.arrays = SpaceArrays(
+            handles=np.zeros((num_worlds, BODIES + bodies), np.int64),
+            counters=self._counts.reshape(num_worlds, 8),
+            get_values=np.zeros((num_worlds, 6 * (bodies + 2))),
+            set_values=np.zeros((num_worlds, 3 * (bodies + 2))),
+            substeps=substeps_for(world),
+        )
+        self.arrays.handles[:, :SPACE] = function_addresses()
+
+    def rebuild(self, w: int, state: StateArrays) -> None:
+        """Build world ``w``'s space from the poses in ``state``."""
+        space = pymunk.Space()
+        space.iterations, space.collision_slop, space.collision_bias = ITERATIONS, SLOP, BIAS
+        _add_walls(space, self.world)
+        bodies = [self._robot(space, i, state.poses[w, i]) for i in range(self.world.num_robots)]
+        bodies += [self._object(space, b, state.objects[w, b]) for b in range(len(self.world.objects))]
+        batches = [
+            self._batch(w, 0, self.arrays.get_values[w], lib.POSITION | lib.ANGLE | lib.VELOCITY | lib.ANGULAR_VELOCITY),
+            self._batch(w, 1, self.arrays.set_values[w], lib.VELOCITY | lib.ANGULAR_VELOCITY),
+        ]
+        self._keep[w] = [space, bodies, batches]
+        handles = self.arrays.handles[w]
+        handles[SPACE] = address(space._space)
+        handles[GET_DATA], handles[SET_DATA] = (address(batch) for batch, _ in batches)
+        handles[BODIES:] = [address(body._body) for body in bodies]
+
+    def _batch(self, w: int, which: int, values: FloatArray, fields: int) -> tuple[Any, Any]:
+        """A pmBatchedData over numpy memory; the pair's second part must outlive the first's use."""
+        array = ffi.cast("pmFloatArray *", self._counts[w, which].ctypes.data)
+        array.num, array.max, array.arr = 0, len(values), ffi.cast("double *", values.ctypes.data)
+        batch, integers = ffi.new("pmBatchedData *"), ffi.new("pmIntArray *")
+        batch.floatArray, batch.intArray, batch.fields = array, integers, fields
+        return batch, integers
+
+    def _robot(self, space: pymunk.Space, i: int, pose: FloatArray) -> pymunk.Body:
+        model = self.world.robots[i].body
+        body = pymunk.Body(model.mass, model.inertia_ratio * model.mass * model.contact_radius**2)
+        shape = pymunk.Circle(body, model.contact_radius)
+        return _add(space, self.world, body, shape, pose)
+
+    def _object(self, space: pymunk.Space, b: int, pose: FloatArray) -> pymunk.Body:
+        item = self.world.objects[b]
+        if item.shape == "disc":
+            body = pymunk.Body(item.mass, pymunk.moment_for_circle(item.mass, 0.0, item.size[0]))
+            shape: pymunk.Shape = pymunk.Circle(body, item.size[0])
+        else:
+            body = pymunk.Body(item.mass, pymunk.moment_for_box(item.mass, (item.size[0], item.size[1])))
+            shape = pymunk.Poly.create_box(body, (item.size[0], item.size[1]))
+        return _add(space, self.world, body, shape, pose)
+
+
+def _add(space: pymunk.Space, world: WorldSpec, body: pymunk.Body, shape: pymunk.Shape, pose: FloatArray) -> pymunk.Body:
+    body.position, body.angle = (float(pose[0]), float(pose[1])), float(pose[2])
+    contact = world.contact
+    shape.friction = _shares(contact.robot_friction, contact.wall_friction)[0]
+    shape.elasticity = _shares(contact.robot_restitution, contact.wall_restitution)[0]
+    space.add(body, shape)
+    lib.cpBodySetPositionUpdateFunc(body._body, ffi.cast("cpBodyPositionFunc", stay.address))
+    return body
+
+
+def _shares(with_robot: float, with_wall: float) -> tuple[float, float]:
+    """Split a robot-robot and a robot-wall coefficient into a robot's and a wall's; Chipmunk multiplies the two of a contact."""
+    robot = math.sqrt(max(with_robot, 1e-12))
+    return robot, with_wall / robot
+
+
+def _add_walls(space: pymunk.Space, world: WorldSpec) -> None:
+    """Add walls and obstacles as segments without thickness: no robot can cover its own radius in a substep and pass one."""
+    contact = world.contact
+    for x, y, ux, uy, length in compile_world(world).walls.tolist():
+        segment = pymunk.Segment(space.static_body, (x, y), (x + ux * length, y + uy * length), 0.0)
+        segment.friction = _shares(contact.robot_friction, contact.wall_friction)[1]
+        segment.elasticity = _shares(contact.robot_restitution, contact.wall_restitution)[1]
+        space.add(segment)
+
+
+@compiled()
+def advance(world: WorldArrays, state: StateArrays, spaces: SpaceArrays, w: int, wish: FloatArray) -> None:
+    """Move the robots and objects of world ``w`` through one tick with contact; ``wish`` (R, 3) is scratch memory."""
+    handles = spaces.handles[w]
+    counters = spaces.counters[w]
+    substeps = spaces.substeps if world.objects.shape[0] > 0 or anything_near(world, state.poses[w], 2.0 * world.reach) else 1
+    duration = world.tick / substeps
+    for k in range(substeps):
+        drive(world, state, w, k / substeps, (k + 1) / substeps, wish)
+        write_wishes(world, state, w, wish, spaces.set_values[w], duration)
+        counters[4] = 0
+        call_with_pointers(handles[EACH_BODY], handles[SPACE], handles[SET_BATCH], handles[SET_DATA])
+        call_with_double(handles[STEP], handles[SPACE], duration)
+        for b in range(BODIES, handles.shape[0]):
+            call_with_double(handles[MOVE_BODY], handles[b], duration)
+        counters[0] = 0
+        call_with_pointers(handles[EACH_BODY], handles[SPACE], handles[GET_BATCH], handles[GET_DATA])
+        read_bodies(state, w, spaces.get_values[w])
+
+
+@compiled()
+def write_wishes(world: WorldArrays, state: StateArrays, w: int, wish: FloatArray, values: FloatArray, duration: float) -> None:
+    """Lay out the velocities that the solver starts from: robots' wishes, and objects slowed by the floor."""
+    robots = wish.shape[0]
+    for i in range(robots):
+        for k in range(3):
+            values[3 * i + k] = wish[i, k]
+    for b in range(world.objects.shape[0]):
+        moved = state.objects[w, b]
+        slowing = world.objects[b, p.OBJECT_FLOOR_FRICTION] * GRAVITY * duration
+        speed = math.hypot(moved[3], moved[4])
+        keep = max(0.0, speed - slowing) / speed if speed > 0.0 else 0.0
+        # a sliding object's spin dies with its rim's speed, taken at its mean radius
+        size = world.objects[b, p.OBJECT_RADIUS] + 0.5 * math.hypot(world.objects[b, p.OBJECT_WIDTH], world.objects[b, p.OBJECT_HEIGHT])
+        rim = 0.67 * size * abs(moved[5])
+        at = 3 * (robots + b)
+        values[at] = moved[3] * keep
+        values[at + 1] = moved[4] * keep
+        values[at + 2] = moved[5] * (max(0.0, rim - slowing) / rim if rim > 0.0 else 0.0)
+
+
+@compiled()
+def read_bodies(state: StateArrays, w: int, values: FloatArray) -> None:
+    """Copy poses of robots and poses and velocities of objects out of the batch."""
+    robots = state.poses.shape[1]
+    for i in range(robots):
+        for k in range(3):
+            state.poses[w, i, k] = values[6 * i + k]
+    for b in range(state.objects.shape[1]):
+        for k in range(6):
+            state.objects[w, b, k] = values[6 * (robots + b) + k]

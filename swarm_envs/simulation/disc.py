@@ -1,0 +1,250 @@
+"""The contact law for discs in a polygon, compiled: speculative contacts solved by sequential impulses.
+
+A robot wishes a velocity; contact changes the wishes as little as possible in the mass metric. A pair may close its gap within the
+tick and no more, so a full tick of 0.1 s needs no substeps: with v_n the relative velocity along the normal, v_n >= -gap / dt.
+Discs and straight walls only get farther apart than the linearised gap says, so a solved tick does not overlap.
+Friction is Coulomb's on the velocity of the contact points, spins included, bounded by the normal impulse.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from swarm_envs.compiled import compiled
+from swarm_envs.simulation import parameters as p
+from swarm_envs.simulation.grid import IntArray, bins
+from swarm_envs.simulation.parameters import FloatArray, WorldArrays
+from swarm_envs.simulation.state import StateArrays
+
+MAX_ITERATIONS = 200
+"""Most passes over the contacts in one tick."""
+TOLERANCE = 1e-5
+"""Passes end when none changed a closing distance by more than this many metres."""
+GRID_FROM = 40
+"""With this many robots or more, pairs are found through a grid."""
+
+# Columns of a contact.
+FIRST, SECOND, NORMAL_X, NORMAL_Y, GAP, FRICTION, RESTITUTION, PUSH, DRAG, TARGET = range(10)
+WALL = -1.0
+
+
+@compiled()
+def advance(world: WorldArrays, state: StateArrays, w: int, wish: FloatArray, contacts: FloatArray) -> None:
+    """Move the robots of world ``w`` through one tick with contact.
+
+    Args:
+        world: Parameters.
+        state: State; ``poses`` change.
+        w: Index of the world.
+        wish: (R, 3) the velocities without contact; overwritten by those with contact.
+        contacts: (C, 10) scratch memory; C bounds the number of contacts.
+    """
+    poses = state.poses[w]
+    count = find_contacts(world, poses, contacts)
+    if count > 0:
+        solve(world.robots, world.tick, wish, contacts, count)
+    for i in range(poses.shape[0]):
+        for k in range(3):
+            poses[i, k] += wish[i, k] * world.tick
+
+
+@compiled()
+def find_contacts(world: WorldArrays, poses: FloatArray, contacts: FloatArray) -> int:
+    """Write every contact that could close within a tick; return their number."""
+    robots, walls = world.robots, world.walls
+    count = poses.shape[0]
+    found = 0
+    if count >= GRID_FROM:
+        found = find_pairs_with_grid(world, poses, contacts)
+    else:
+        for i in range(count):
+            for j in range(i):
+                dx, dy = poses[j, 0] - poses[i, 0], poses[j, 1] - poses[i, 1]
+                near = robots[i, p.RADIUS] + robots[j, p.RADIUS] + 2.0 * world.reach
+                if dx * dx + dy * dy < near * near:
+                    found = add_pair(world, i, j, dx, dy, contacts, found)
+    for i in range(count):
+        near = robots[i, p.RADIUS] + world.reach
+        for e in range(walls.shape[0]):
+            px, py = poses[i, 0] - walls[e, p.START_X], poses[i, 1] - walls[e, p.START_Y]
+            # the wall's free side is to its left: positive distances from its line
+            distance = walls[e, p.ALONG_X] * py - walls[e, p.ALONG_Y] * px
+            if -near < distance < near:
+                found = add_wall(world, i, e, px, py, distance, contacts, found)
+    return found
+
+
+@compiled()
+def add_pair(world: WorldArrays, i: int, j: int, dx: float, dy: float, contacts: FloatArray, found: int) -> int:
+    """Append the contact of robots ``i`` and ``j``, (dx, dy) from one to the other; return the number of contacts."""
+    if found >= contacts.shape[0]:
+        return found
+    distance = math.sqrt(dx * dx + dy * dy)
+    contacts[found, FIRST], contacts[found, SECOND] = i, j
+    # two centres in one place have no normal: any will do to part them
+    contacts[found, NORMAL_X] = dx / distance if distance > 1e-12 else 1.0
+    contacts[found, NORMAL_Y] = dy / distance if distance > 1e-12 else 0.0
+    contacts[found, GAP] = distance - world.robots[i, p.RADIUS] - world.robots[j, p.RADIUS]
+    contacts[found, FRICTION] = world.contact[p.ROBOT_FRICTION]
+    contacts[found, RESTITUTION] = world.contact[p.ROBOT_RESTITUTION]
+    return found + 1
+
+
+@compiled()
+def add_wall(world: WorldArrays, i: int, e: int, px: float, py: float, distance: float, contacts: FloatArray, found: int) -> int:
+    """Append the contact of robot ``i`` with wall ``e`` if it is near; return the number of contacts.
+
+    Args:
+        world: Parameters.
+        i: Index of the robot.
+        e: Index of the wall.
+        px: Robot's centre from the wall's start along x, in m.
+        py: Robot's centre from the wall's start along y, in m.
+        distance: Of the robot's centre from the wall's line in m, positive on the free side.
+        contacts: (C, 10) written.
+        found: Number of contacts so far.
+    """
+    radius = world.robots[i, p.RADIUS]
+    ux, uy, length = world.walls[e, p.ALONG_X], world.walls[e, p.ALONG_Y], world.walls[e, p.LENGTH]
+    along = px * ux + py * uy
+    nx, ny = uy, -ux
+    if along < 0.0 or along > length:
+        # beyond an end only the corner itself is there, and it matters only where it juts into the free side
+        cx, cy = px - ux * min(max(along, 0.0), length), py - uy * min(max(along, 0.0), length)
+        across = math.sqrt(cx * cx + cy * cy)
+        if distance < 0.0 or across > radius + world.reach or across < 1e-12:
+            return found
+        nx, ny, distance = -cx / across, -cy / across, across
+    if distance < -radius or found >= contacts.shape[0]:
+        return found
+    contacts[found, FIRST], contacts[found, SECOND] = i, WALL
+    contacts[found, NORMAL_X], contacts[found, NORMAL_Y], contacts[found, GAP] = nx, ny, distance - radius
+    contacts[found, FRICTION] = world.contact[p.WALL_FRICTION]
+    contacts[found, RESTITUTION] = world.contact[p.WALL_RESTITUTION]
+    return found + 1
+
+
+@compiled()
+def find_pairs_with_grid(world: WorldArrays, poses: FloatArray, contacts: FloatArray) -> int:
+    """Append the near pairs of a large swarm, looking only into neighbouring cells."""
+    low_x, low_y = poses[:, 0].min(), poses[:, 1].min()
+    width, height = poses[:, 0].max() - low_x, poses[:, 1].max() - low_y
+    cell = max(2.0 * (world.robots[:, p.RADIUS].max() + world.reach), 0.5 * math.sqrt((width * height + 1e-6) / poses.shape[0]))
+    columns, rows = int(width / cell) + 1, int(height / cell) + 1
+    first, order = bins(poses, low_x, low_y, cell, columns, rows)
+    found = 0
+    for i in range(poses.shape[0]):
+        column = int((poses[i, 0] - low_x) / cell)
+        row = int((poses[i, 1] - low_y) / cell)
+        for r in range(max(0, row - 1), min(rows, row + 2)):
+            for c in range(max(0, column - 1), min(columns, column + 2)):
+                found = add_cell(world, poses, i, order, first[r * columns + c], first[r * columns + c + 1], contacts, found)
+    return found
+
+
+@compiled()
+def add_cell(world: WorldArrays, poses: FloatArray, i: int, order: IntArray, begin: int, end: int, contacts: FloatArray, found: int) -> int:
+    """Append the near pairs of robot ``i`` with the robots of one cell that come before it."""
+    for k in range(begin, end):
+        j = order[k]
+        dx, dy = poses[j, 0] - poses[i, 0], poses[j, 1] - poses[i, 1]
+        near = world.robots[i, p.RADIUS] + world.robots[j, p.RADIUS] + 2.0 * world.reach
+        if j < i and dx * dx + dy * dy < near * near:
+            found = add_pair(world, i, j, dx, dy, contacts, found)
+    return found
+
+
+@compiled()
+def solve(robots: FloatArray, tick: float, velocity: FloatArray, contacts: FloatArray, count: int) -> None:
+    """Change the velocities (R, 3) so that no contact closes more than its gap, with friction and restitution."""
+    for k in range(count):
+        contacts[k, PUSH] = contacts[k, DRAG] = 0.0
+        closing = normal_velocity(velocity, contacts, k)
+        contacts[k, TARGET] = -contacts[k, GAP] / tick
+        if closing < contacts[k, TARGET] and contacts[k, RESTITUTION] > 0.0:
+            contacts[k, TARGET] = max(contacts[k, TARGET], -contacts[k, RESTITUTION] * closing)
+    for _ in range(MAX_ITERATIONS):
+        change = 0.0
+        for k in range(count):
+            change = max(change, solve_contact(robots, velocity, contacts, k))
+        if change * tick < TOLERANCE:
+            return
+
+
+@compiled(inline="always")
+def normal_velocity(velocity: FloatArray, contacts: FloatArray, k: int) -> float:
+    """Velocity in m/s with which contact ``k`` opens."""
+    i, j = int(contacts[k, FIRST]), int(contacts[k, SECOND])
+    vx, vy = -velocity[i, 0], -velocity[i, 1]
+    if j >= 0:
+        vx += velocity[j, 0]
+        vy += velocity[j, 1]
+    return float(vx * contacts[k, NORMAL_X] + vy * contacts[k, NORMAL_Y])
+
+
+@compiled(inline="always")
+def solve_contact(robots: FloatArray, velocity: FloatArray, contacts: FloatArray, k: int) -> float:
+    """Apply the normal, then the tangential impulse of contact ``k``; return the largest change of velocity in m/s."""
+    i, j = int(contacts[k, FIRST]), int(contacts[k, SECOND])
+    nx, ny = contacts[k, NORMAL_X], contacts[k, NORMAL_Y]
+    inverse_i = 1.0 / robots[i, p.MASS]
+    inverse_j = 1.0 / robots[j, p.MASS] if j >= 0 else 0.0
+    inverse = inverse_i + inverse_j
+    before = contacts[k, PUSH]
+    push = max(0.0, before + (contacts[k, TARGET] - normal_velocity(velocity, contacts, k)) / inverse)
+    step = push - before
+    change = 0.0
+    if step != 0.0:
+        contacts[k, PUSH] = push
+        change = abs(step) * inverse
+        velocity[i, 0] -= step * inverse_i * nx
+        velocity[i, 1] -= step * inverse_i * ny
+        if j >= 0:
+            velocity[j, 0] += step * inverse_j * nx
+            velocity[j, 1] += step * inverse_j * ny
+    if contacts[k, FRICTION] > 0.0 and (push > 0.0 or contacts[k, DRAG] != 0.0):
+        change = max(change, solve_friction(robots, velocity, contacts, k, i, j))
+    return change
+
+
+@compiled()
+def solve_friction(robots: FloatArray, velocity: FloatArray, contacts: FloatArray, k: int, i: int, j: int) -> float:
+    """Apply the tangential impulse of contact ``k`` of robot ``i`` with ``j`` (or a wall); return the change of slip in m/s."""
+    tx, ty = -contacts[k, NORMAL_Y], contacts[k, NORMAL_X]
+    radius_i = robots[i, p.RADIUS]
+    inverse_i = 1.0 / robots[i, p.MASS]
+    spin_i = radius_i / robots[i, p.INERTIA]
+    # the contact point lies at +radius along the normal of i and at -radius of j
+    slip = -(velocity[i, 0] * tx + velocity[i, 1] * ty + radius_i * velocity[i, 2])
+    inverse = inverse_i + radius_i * spin_i
+    inverse_j = spin_j = 0.0
+    if j >= 0:
+        radius_j = robots[j, p.RADIUS]
+        inverse_j = 1.0 / robots[j, p.MASS]
+        spin_j = radius_j / robots[j, p.INERTIA]
+        slip += velocity[j, 0] * tx + velocity[j, 1] * ty - radius_j * velocity[j, 2]
+        inverse += inverse_j + radius_j * spin_j
+    bound = contacts[k, FRICTION] * contacts[k, PUSH]
+    drag = min(max(contacts[k, DRAG] - slip / inverse, -bound), bound)
+    step = drag - contacts[k, DRAG]
+    contacts[k, DRAG] = drag
+    velocity[i, 0] -= step * inverse_i * tx
+    velocity[i, 1] -= step * inverse_i * ty
+    velocity[i, 2] -= step * spin_i
+    if j >= 0:
+        velocity[j, 0] += step * inverse_j * tx
+        velocity[j, 1] += step * inverse_j * ty
+        velocity[j, 2] -= step * spin_j
+    return float(abs(step) * inverse)
+
+
+def contact_capacity(num_robots: int, num_walls: int) -> int:
+    """A bound on the contacts of one tick: a disc has few neighbours, and few walls reach it."""
+    return num_robots * (12 + min(num_walls, 8))
+
+
+def scratch(num_robots: int, num_walls: int) -> FloatArray:
+    """Allocate the memory for one world's contacts."""
+    return np.zeros((contact_capacity(num_robots, num_walls), 10))

@@ -1,0 +1,222 @@
+"""A world as the compiled code sees it: plain arrays, one row per robot, wall or object.
+
+The column constants below are the only place that knows the layout.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from swarm_envs.worlds import WorldSpec
+from swarm_envs.worlds.spec import Polygon, RobotModel
+
+FloatArray = npt.NDArray[np.float64]
+
+# Columns of WorldArrays.robots.
+(
+    RADIUS,
+    VISIBLE_RADIUS,
+    MASS,
+    INERTIA,
+    STALL_HALF_ANGLE,
+    WHEEL_BASE,
+    LINEAR_GAIN,
+    ANGULAR_GAIN,
+    TURN_BIAS,
+    DEAD_TIME,
+    MOTOR_LAG,
+    DEADBAND,
+    SATURATION,
+    COMMAND_LOSS,
+    GAIN_DRIFT,
+    FLOOR_DRIFT_X,
+    FLOOR_DRIFT_Y,
+    START_KICK_MEAN,
+    START_KICK_SD,
+    TURNING_SLOWS,
+    LINEAR_GAIN_SPREAD,
+    ANGULAR_GAIN_SPREAD,
+    MISSED,
+    MISSES_AT_FULL_RANGE,
+    MISSES_WHEN_TURNING,
+    MISSES_WHEN_DRIVING,
+    FALSE_DETECTIONS,
+    SENSOR_DELAY_TICKS,
+    NUM_SENSORS,
+) = range(29)
+
+# Columns of WorldArrays.sensors.
+BEARING, COS_HALF_ANGLE, SIN_HALF_ANGLE, HALF_ANGLE, SENSOR_RANGE, PERIOD_TICKS, OCCLUSION, SEES_OBJECTS, COS_BEARING, SIN_BEARING = range(
+    10
+)
+
+# Columns of WorldArrays.walls.
+START_X, START_Y, ALONG_X, ALONG_Y, LENGTH = range(5)
+
+# Entries of WorldArrays.contact.
+ROBOT_FRICTION, WALL_FRICTION, ROBOT_RESTITUTION, WALL_RESTITUTION = range(4)
+
+# Columns of WorldArrays.objects.
+OBJECT_RADIUS, OBJECT_WIDTH, OBJECT_HEIGHT, OBJECT_FLOOR_FRICTION, OBJECT_OPAQUE = range(5)
+
+MICRO_STEPS = 20
+"""A tick is integrated in this many pieces when motors lag; a lattice that does not depend on the engine's substeps."""
+
+NEUTRAL_DRIVE = {
+    LINEAR_GAIN: 1.0, ANGULAR_GAIN: 1.0, TURN_BIAS: 0.0, DEAD_TIME: 0.0, MOTOR_LAG: 0.0, DEADBAND: 0.0, SATURATION: math.inf,
+    COMMAND_LOSS: 0.0, GAIN_DRIFT: 0.0, FLOOR_DRIFT_X: 0.0, FLOOR_DRIFT_Y: 0.0, START_KICK_MEAN: 0.0, START_KICK_SD: 0.0,
+    TURNING_SLOWS: 0.0, LINEAR_GAIN_SPREAD: 0.0, ANGULAR_GAIN_SPREAD: 0.0, STALL_HALF_ANGLE: 0.0,
+}  # fmt: skip
+NEUTRAL_SENSING = {
+    MISSED: 0.0, MISSES_AT_FULL_RANGE: 0.0, MISSES_WHEN_TURNING: 0.0, MISSES_WHEN_DRIVING: 0.0, FALSE_DETECTIONS: 0.0,
+    SENSOR_DELAY_TICKS: 0.0,
+}  # fmt: skip
+
+
+class WorldArrays(NamedTuple):
+    """Read-only parameters of one world (R robots, S sensors, E walls, B objects)."""
+
+    tick: float
+    """Seconds from one command to the next."""
+    robots: FloatArray
+    """(R, 29) robot parameters."""
+    sensors: FloatArray
+    """(R, S, 10) sensor parameters."""
+    contact: FloatArray
+    """(4,) friction and restitution."""
+    walls: FloatArray
+    """(E, 5) segments: start in m, unit vector along, length in m; the free side is to the left."""
+    opaque: FloatArray
+    """(O, 4) segments that hide robots from sensors that mind occlusion."""
+    objects: FloatArray
+    """(B, 5) pushable objects."""
+    ideal_drive: bool
+    """No drive effect differs from neutral: the fast path."""
+    ideal_sensing: bool
+    """No sensing effect differs from neutral, one reading a tick, nothing hidden: the fast path."""
+    reach: float
+    """No robot's centre can move further than this in one tick, in m."""
+    history: int
+    """Commands remembered for dead time, in ticks."""
+    readings: int
+    """Readings remembered for the sensors' delay, in ticks."""
+
+
+def compile_world(world: WorldSpec) -> WorldArrays:
+    """Turn a spec into arrays."""
+    robots = np.array([_robot_row(robot, world.tick) for robot in world.robots])
+    sensors = np.array([_sensor_rows(robot, world.num_sensors, world.tick) for robot in world.robots]).reshape(
+        len(robots), world.num_sensors, 10
+    )
+    contact = np.array(dataclasses.astuple(world.contact))
+    walls = [_segments(world.arena.outline, free_inside=True)]
+    walls += [_segments(obstacle.outline, free_inside=False) for obstacle in world.arena.obstacles]
+    opaque = [walls[0]] + [w for w, obstacle in zip(walls[1:], world.arena.obstacles, strict=True) if obstacle.opaque]
+    return WorldArrays(
+        tick=world.tick,
+        robots=robots,
+        sensors=sensors,
+        contact=contact,
+        walls=_directed(np.concatenate(walls)),
+        opaque=np.ascontiguousarray(np.concatenate(opaque)),
+        objects=_object_rows(world),
+        ideal_drive=all(bool(np.all(robots[:, column] == value)) for column, value in NEUTRAL_DRIVE.items()),
+        ideal_sensing=all(bool(np.all(robots[:, column] == value)) for column, value in NEUTRAL_SENSING.items())
+        and bool(np.all(sensors[:, :, PERIOD_TICKS] == 1))
+        and not np.any(sensors[:, :, [OCCLUSION, SEES_OBJECTS]]),
+        reach=_reach(world),
+        history=2 + math.ceil(float(robots[:, DEAD_TIME].max()) / world.tick),
+        readings=1 + int(robots[:, SENSOR_DELAY_TICKS].max()),
+    )
+
+
+def _robot_row(robot: RobotModel, tick: float) -> list[float]:
+    body, effects = robot.body, robot.effects
+    return [
+        body.contact_radius,
+        body.visible_radius,
+        body.mass,
+        body.inertia_ratio * body.mass * body.contact_radius**2,
+        body.wheel_stall_half_angle,
+        robot.drive.wheel_base,
+        effects.linear_gain,
+        effects.angular_gain,
+        effects.turn_bias,
+        effects.dead_time,
+        effects.motor_lag,
+        effects.deadband,
+        effects.saturation,
+        effects.command_loss,
+        effects.gain_drift,
+        effects.floor_drift_x,
+        effects.floor_drift_y,
+        effects.start_kick_mean,
+        effects.start_kick_sd,
+        effects.turning_slows,
+        effects.linear_gain_spread,
+        effects.angular_gain_spread,
+        effects.missed_detections,
+        effects.misses_at_full_range,
+        effects.misses_when_turning,
+        effects.misses_when_driving,
+        effects.false_detections,
+        round(effects.sensor_delay / tick),
+        len(robot.sensors),
+    ]
+
+
+def _sensor_rows(robot: RobotModel, count: int, tick: float) -> list[list[float]]:
+    rows = []
+    for sensor in robot.sensors:
+        bearing = sensor.bearing + robot.effects.sensor_yaw
+        period = max(1, round(sensor.period / tick))
+        rows.append([
+            bearing, math.cos(sensor.half_angle), math.sin(sensor.half_angle), sensor.half_angle, sensor.range, period,
+            float(sensor.occlusion), float(sensor.sees_objects), math.cos(bearing), math.sin(bearing),
+        ])  # fmt: skip
+    return rows + [[0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0]] * (count - len(rows))
+
+
+def _object_rows(world: WorldSpec) -> FloatArray:
+    rows = np.zeros((len(world.objects), 5))
+    for row, item in zip(rows, world.objects, strict=True):
+        if item.shape == "disc":
+            row[OBJECT_RADIUS] = item.size[0]
+        else:
+            row[[OBJECT_WIDTH, OBJECT_HEIGHT]] = item.size
+        row[OBJECT_FLOOR_FRICTION], row[OBJECT_OPAQUE] = item.floor_friction, float(item.opaque)
+    return rows
+
+
+def _segments(outline: Polygon, *, free_inside: bool) -> FloatArray:
+    """Edges of a polygon, oriented so that the free side lies to the left."""
+    points = np.array(outline, dtype=np.float64)
+    following = np.roll(points, -1, axis=0)
+    area = float(np.sum(points[:, 0] * following[:, 1] - points[:, 1] * following[:, 0]))
+    if (area > 0) != free_inside:
+        points = points[::-1]
+        following = np.roll(points, -1, axis=0)
+    return np.concatenate([points, following], axis=1)
+
+
+def _directed(segments: FloatArray) -> FloatArray:
+    """Turn segments (E, 4) from start and end into start, unit vector and length (E, 5)."""
+    along = segments[:, 2:] - segments[:, :2]
+    length = np.hypot(along[:, 0], along[:, 1])[:, None]
+    return np.ascontiguousarray(np.concatenate([segments[:, :2], along / length, length], axis=1))
+
+
+def _reach(world: WorldSpec) -> float:
+    """Bound on a robot's own motion in one tick, all gains and drifts at their largest (spread: five deviations)."""
+    fastest = 0.0
+    for robot in world.robots:
+        effects = robot.effects
+        gain = effects.linear_gain * (1 + 5 * effects.linear_gain_spread) * max(1.0, 1.0 - 600.0 * min(0.0, effects.gain_drift))
+        drift = math.hypot(effects.floor_drift_x, effects.floor_drift_y)
+        fastest = max(fastest, world.limits.linear_speed * gain + drift)
+    return fastest * world.tick

@@ -1,0 +1,265 @@
+"""What the binary line-of-sight sensors report.
+
+Ideal: a sensor reports 1 when the visible disc of some other robot meets its sector and that robot's centre is within range.
+The effects act in this order: occlusion, misses (constant, with distance, turning and driving), false detections, delay.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from swarm_envs.compiled import compiled
+from swarm_envs.simulation import parameters as p
+from swarm_envs.simulation.grid import IntArray, bins
+from swarm_envs.simulation.parameters import FloatArray, WorldArrays
+from swarm_envs.simulation.randomness import STREAM_FALSE, STREAM_MISSED, uniform
+from swarm_envs.simulation.state import StateArrays
+
+NOTHING = math.inf
+GRID_FROM = 40
+"""With this many robots or more, a sensor looks only into the grid cells around it."""
+RAYS = 5
+"""Rays over a target's width that occlusion tests; one free ray is enough to be seen."""
+
+
+@compiled()
+def sense(world: WorldArrays, state: StateArrays, w: int) -> None:
+    """Update ``state.detections`` of world ``w`` from its poses at the start of the present tick."""
+    if world.sensors.shape[0] >= GRID_FROM:
+        sense_with_grid(world, state, w)
+        return
+    if world.ideal_sensing:
+        sense_ideally(world, state, w)
+        return
+    nobody = np.empty(0, np.int64)
+    for i in range(world.sensors.shape[0]):
+        read_sensors(world, state, w, i, nobody, world.sensors.shape[0])
+
+
+@compiled(fastmath={"contract", "nsz", "arcp"})
+def sense_ideally(world: WorldArrays, state: StateArrays, w: int) -> None:
+    """Update detections where no effect acts; one pass over the pairs, leaving at the first robot seen."""
+    poses = state.poses[w]
+    count = poses.shape[0]
+    for i in range(count):
+        cos_heading = math.cos(poses[i, 2])
+        sin_heading = math.sin(poses[i, 2])
+        for s in range(int(world.robots[i, p.NUM_SENSORS])):
+            sensor = world.sensors[i, s]
+            ax = cos_heading * sensor[p.COS_BEARING] - sin_heading * sensor[p.SIN_BEARING]
+            ay = sin_heading * sensor[p.COS_BEARING] + cos_heading * sensor[p.SIN_BEARING]
+            seen = 0
+            for j in range(count):
+                if j == i:
+                    continue
+                dx = poses[j, 0] - poses[i, 0]
+                dy = poses[j, 1] - poses[i, 1]
+                along = ax * dx + ay * dy
+                across = abs(ax * dy - ay * dx)
+                if meets_sector(along, across, dx * dx + dy * dy, sensor, world.robots[j, p.VISIBLE_RADIUS]):
+                    seen = 1
+                    break
+            state.detections[w, i, s] = seen
+
+
+@compiled(inline="always")
+def meets_sector(along: float, across: float, distance_squared: float, sensor: FloatArray, radius: float) -> bool:
+    """Whether a disc meets a sensor's sector and has its centre in range.
+
+    Args:
+        along: Centre's coordinate along the sector's axis in m.
+        across: Absolute value of its coordinate across the axis in m.
+        distance_squared: Of the centre from the sensor, in m^2.
+        sensor: The sensor's row of parameters.
+        radius: Of the disc in m.
+    """
+    if distance_squared > sensor[p.SENSOR_RANGE] * sensor[p.SENSOR_RANGE]:
+        return False
+    # signed distance from the sector's edge ray's line, positive outside
+    outside = across * sensor[p.COS_HALF_ANGLE] - along * sensor[p.SIN_HALF_ANGLE]
+    if sensor[p.HALF_ANGLE] <= 0.5 * math.pi:
+        if outside <= 0.0 and along >= 0.0:
+            return True
+    elif outside <= 0.0 or along >= 0.0:
+        return True
+    ahead = along * sensor[p.COS_HALF_ANGLE] + across * sensor[p.SIN_HALF_ANGLE]
+    if ahead >= 0.0:
+        return bool(outside <= radius)
+    return bool(distance_squared <= radius * radius)
+
+
+@compiled()
+def nearest_seen(world: WorldArrays, state: StateArrays, w: int, i: int, s: int, candidates: IntArray, count: int) -> float:
+    """Return the distance in m to the nearest robot (or object) in view of sensor ``s`` of robot ``i``, or infinity.
+
+    Args:
+        world: Parameters.
+        state: State.
+        w: Index of the world.
+        i: Index of the robot.
+        s: Index of its sensor.
+        candidates: Indices of robots to look at; empty for all.
+        count: Number of robots to look at.
+    """
+    poses = state.poses[w]
+    sensor = world.sensors[i, s]
+    heading = poses[i, 2] + sensor[p.BEARING]
+    ax, ay = math.cos(heading), math.sin(heading)
+    nearest = NOTHING
+    for k in range(count):
+        j = candidates[k] if candidates.shape[0] > 0 else k
+        if j == i:
+            continue
+        dx = poses[j, 0] - poses[i, 0]
+        dy = poses[j, 1] - poses[i, 1]
+        squared = dx * dx + dy * dy
+        radius = world.robots[j, p.VISIBLE_RADIUS]
+        if (
+            squared < nearest * nearest
+            and meets_sector(ax * dx + ay * dy, abs(ax * dy - ay * dx), squared, sensor, radius)
+            and (sensor[p.OCCLUSION] == 0.0 or in_sight(world, state, w, poses[i, 0], poses[i, 1], dx, dy, radius, ax, ay, sensor, -1))
+        ):
+            nearest = math.sqrt(squared)
+    if sensor[p.SEES_OBJECTS] != 0.0:
+        for b in range(world.objects.shape[0]):
+            dx = state.objects[w, b, 0] - poses[i, 0]
+            dy = state.objects[w, b, 1] - poses[i, 1]
+            squared = dx * dx + dy * dy
+            radius = object_visible_radius(world.objects[b])
+            if (
+                squared < nearest * nearest
+                and meets_sector(ax * dx + ay * dy, abs(ax * dy - ay * dx), squared, sensor, radius)
+                and (sensor[p.OCCLUSION] == 0.0 or in_sight(world, state, w, poses[i, 0], poses[i, 1], dx, dy, radius, ax, ay, sensor, b))
+            ):
+                nearest = math.sqrt(squared)
+    return nearest
+
+
+@compiled()
+def object_visible_radius(item: FloatArray) -> float:
+    """A disc's radius; of a box, the circle inside it."""
+    radius = item[p.OBJECT_RADIUS]
+    return float(radius if radius > 0.0 else 0.5 * min(item[p.OBJECT_WIDTH], item[p.OBJECT_HEIGHT]))
+
+
+@compiled()
+def in_sight(
+    world: WorldArrays, state: StateArrays, w: int, x: float, y: float, dx: float, dy: float, radius: float,
+    ax: float, ay: float, sensor: FloatArray, target_object: int,
+) -> bool:  # fmt: skip
+    """Whether some ray inside the sector reaches a disc at (dx, dy) from (x, y) before anything opaque."""
+    distance = math.hypot(dx, dy)
+    bearing = math.atan2(ax * dy - ay * dx, ax * dx + ay * dy)
+    spread = math.asin(min(1.0, radius / distance)) if distance > 0.0 else math.pi
+    low = max(bearing - spread, -sensor[p.HALF_ANGLE])
+    high = min(bearing + spread, sensor[p.HALF_ANGLE])
+    for k in range(RAYS):
+        angle = low + (high - low) * (k + 0.5) / RAYS
+        ux = ax * math.cos(angle) - ay * math.sin(angle)
+        uy = ay * math.cos(angle) + ax * math.sin(angle)
+        ahead = ux * dx + uy * dy
+        aside = ux * dy - uy * dx
+        length = ahead - math.sqrt(max(0.0, radius * radius - aside * aside))
+        if not blocked(world, state, w, x, y, ux, uy, length, target_object):
+            return True
+    return False
+
+
+@compiled()
+def blocked(
+    world: WorldArrays, state: StateArrays, w: int, x: float, y: float, ux: float, uy: float, length: float, target_object: int
+) -> bool:
+    """Whether something opaque lies on the ray from (x, y) along (ux, uy) nearer than ``length`` m."""
+    for e in range(world.opaque.shape[0]):
+        edge = world.opaque[e]
+        if crosses(x, y, ux, uy, length, edge[0], edge[1], edge[2], edge[3]):
+            return True
+    for b in range(world.objects.shape[0]):
+        if b == target_object or world.objects[b, p.OBJECT_OPAQUE] == 0.0:
+            continue
+        ox = state.objects[w, b, 0] - x
+        oy = state.objects[w, b, 1] - y
+        radius = world.objects[b, p.OBJECT_RADIUS]
+        if radius > 0.0:
+            ahead = ux * ox + uy * oy
+            if 0.0 < ahead < length and abs(ux * oy - uy * ox) < radius:
+                return True
+        else:
+            angle = state.objects[w, b, 2]
+            cx, cy = 0.5 * world.objects[b, p.OBJECT_WIDTH], 0.5 * world.objects[b, p.OBJECT_HEIGHT]
+            c, s = math.cos(angle), math.sin(angle)
+            # the box's two diagonals stand for its outline: a ray through a box crosses one of them
+            for sign in (1.0, -1.0):
+                px, py = c * cx - s * sign * cy, s * cx + c * sign * cy
+                if crosses(0.0, 0.0, ux, uy, length, ox - px, oy - py, ox + px, oy + py):
+                    return True
+    return False
+
+
+@compiled()
+def crosses(x: float, y: float, ux: float, uy: float, length: float, x0: float, y0: float, x1: float, y1: float) -> bool:
+    """Whether the ray of ``length`` from (x, y) along (ux, uy) crosses the segment (x0, y0)-(x1, y1)."""
+    ex, ey = x1 - x0, y1 - y0
+    determinant = ux * ey - uy * ex
+    if determinant == 0.0:
+        return False
+    along = ((x0 - x) * ey - (y0 - y) * ex) / determinant
+    share = ((x0 - x) * uy - (y0 - y) * ux) / determinant
+    return bool(0.0 < along < length and 0.0 <= share <= 1.0)
+
+
+@compiled()
+def read_sensors(world: WorldArrays, state: StateArrays, w: int, i: int, candidates: IntArray, count: int) -> None:
+    """Take robot ``i``'s readings that are due this tick, and hand over those that its delay has let through."""
+    tick = state.ticks[w]
+    delay = int(world.robots[i, p.SENSOR_DELAY_TICKS])
+    for s in range(int(world.robots[i, p.NUM_SENSORS])):
+        ring = state.readings[w, i, s]
+        if tick % int(world.sensors[i, s, p.PERIOD_TICKS]) == 0:
+            nearest = nearest_seen(world, state, w, i, s, candidates, count)
+            ring[(tick + delay) % world.readings] = np.uint8(reading(world, state, w, i, s, nearest))
+        else:
+            ring[(tick + delay) % world.readings] = ring[(tick + delay - 1) % world.readings]
+        state.detections[w, i, s] = ring[tick % world.readings]
+
+
+@compiled()
+def reading(world: WorldArrays, state: StateArrays, w: int, i: int, s: int, nearest: float) -> bool:
+    """Return what sensor ``s`` of robot ``i`` reports for the nearest distance in m, misses and false detections included."""
+    robot = world.robots[i]
+    if nearest == NOTHING:
+        false = robot[p.FALSE_DETECTIONS]
+        return bool(false > 0.0 and uniform(state.keys[w], i, state.ticks[w], STREAM_FALSE + s) < false)
+    share = nearest / world.sensors[i, s, p.SENSOR_RANGE]
+    miss = (
+        robot[p.MISSED]
+        + robot[p.MISSES_AT_FULL_RANGE] * share * share
+        + robot[p.MISSES_WHEN_TURNING] * abs(state.motion[w, i, 1])
+        + robot[p.MISSES_WHEN_DRIVING] * abs(state.motion[w, i, 0])
+    )
+    return bool(miss <= 0.0 or uniform(state.keys[w], i, state.ticks[w], STREAM_MISSED + s) >= miss)
+
+
+@compiled()
+def sense_with_grid(world: WorldArrays, state: StateArrays, w: int) -> None:
+    """Update detections of a large swarm: only robots in cells within range are looked at."""
+    poses = state.poses[w]
+    count = poses.shape[0]
+    low_x, low_y = poses[:, 0].min(), poses[:, 1].min()
+    width, height = poses[:, 0].max() - low_x, poses[:, 1].max() - low_y
+    cell = max(world.sensors[:, :, p.SENSOR_RANGE].max(), math.sqrt((width * height + 1e-6) / count))
+    columns, rows = int(width / cell) + 1, int(height / cell) + 1
+    first, order = bins(poses, low_x, low_y, cell, columns, rows)
+    near = np.empty(count, np.int64)
+    for i in range(count):
+        column = int((poses[i, 0] - low_x) / cell)
+        row = int((poses[i, 1] - low_y) / cell)
+        found = 0
+        for r in range(max(0, row - 1), min(rows, row + 2)):
+            for c in range(max(0, column - 1), min(columns, column + 2)):
+                for k in range(first[r * columns + c], first[r * columns + c + 1]):
+                    near[found] = order[k]
+                    found += 1
+        read_sensors(world, state, w, i, near, found)

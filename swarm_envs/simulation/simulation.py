@@ -1,0 +1,161 @@
+"""Worlds that run: the object that every environment, study and calibration drives."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from swarm_envs.simulation import disc
+from swarm_envs.simulation.chipmunk import Spaces
+from swarm_envs.simulation.parameters import FloatArray, compile_world
+from swarm_envs.simulation.randomness import world_keys
+from swarm_envs.simulation.start import check_start, object_starts, start_world
+from swarm_envs.simulation.state import StateArrays, empty_state
+from swarm_envs.simulation.stepping import run_worlds, sense_worlds, step_worlds
+from swarm_envs.simulation.touching import touching
+from swarm_envs.worlds import WorldError, WorldSpec, load_world
+from swarm_envs.worlds.geometry import start_points
+
+Engine = Literal["chipmunk", "disc"]
+ENGINES: tuple[Engine, ...] = ("chipmunk", "disc")
+
+
+class Simulation:
+    """W copies of one world, run tick by tick or with controllers.
+
+    Args:
+        world: A world's name, file or spec.
+        num_worlds: W.
+        engine: ``chipmunk`` (pymunk; anything a world may hold) or ``disc`` (compiled; discs in polygons).
+
+    Raises:
+        WorldError: For an unknown world or engine, or a world that the engine cannot represent.
+    """
+
+    def __init__(self, world: str | Path | WorldSpec, num_worlds: int = 1, engine: str = "chipmunk") -> None:
+        self.world = load_world(world)
+        self.engine = check_engine(self.world, engine)
+        self.num_worlds = num_worlds
+        self._parameters = compile_world(self.world)
+        self._state = empty_state(self._parameters, num_worlds)
+        self._points = start_points(self.world)
+        self._objects = object_starts(self.world)
+        robots, walls = self.world.num_robots, len(self._parameters.walls)
+        self._wish = np.zeros((robots, 3))
+        self._contacts = disc.scratch(robots, walls)
+        self._spaces = Spaces(self.world, num_worlds if self.engine == "chipmunk" else 0)
+        self.reset(0)
+
+    def reset(
+        self, seed: int | Sequence[int] = 0, *, first: int = 0, keys: npt.NDArray[np.uint64] | None = None,
+        which: npt.NDArray[np.int64] | None = None, initial_poses: FloatArray | None = None,
+    ) -> None:  # fmt: skip
+        """Put worlds at their start and take the first readings.
+
+        Args:
+            seed: World ``w`` draws everything from (seed, first + w).
+            first: See ``seed``.
+            keys: (number of worlds reset,) keys to draw from instead of ``seed``.
+            which: Indices of the worlds to reset; all by default.
+            initial_poses: (number of worlds reset, R, 3) x, y in m and heading in rad instead of drawn ones.
+
+        Raises:
+            WorldError: When the given poses do not fit.
+        """
+        worlds = np.arange(self.num_worlds) if which is None else np.asarray(which, np.int64)
+        drawn = world_keys(seed, first, len(worlds)) if keys is None else keys
+        given = None if initial_poses is None else self._given_poses(initial_poses, len(worlds))
+        for k, w in enumerate(worlds):
+            start_world(self._parameters, self._state, int(w), drawn[k], self._points, self._objects)
+            if given is not None:
+                self._state.poses[w] = given[k]
+            if self.engine == "chipmunk":
+                self._spaces.rebuild(int(w), self._state)
+        sense_worlds(self._parameters, self._state, worlds)
+
+    def step(self, commands: npt.ArrayLike) -> None:
+        """Run every world through one tick.
+
+        Args:
+            commands: (W, R, 2) v in m/s and omega in rad/s.
+        """
+        array = np.ascontiguousarray(commands, dtype=np.float64)
+        step_worlds(self._parameters, self._state, self._spaces.arrays, self.engine == "disc", array, self._wish, self._contacts)
+
+    def run(
+        self, controllers: FloatArray, steps: int, every: int, poses: FloatArray, detections: npt.NDArray[np.uint8], commands: FloatArray
+    ) -> None:
+        """Run every world with its controllers and write the recorded frames; shapes as in :func:`stepping.run_worlds`."""
+        run_worlds(
+            self._parameters, self._state, self._spaces.arrays, self.engine == "disc", controllers, steps, every,
+            self._wish, self._contacts, poses, detections, commands,
+        )  # fmt: skip
+
+    @property
+    def time(self) -> FloatArray:
+        """(W,) s since each world's start."""
+        return np.asarray(self._state.ticks * self.world.tick, dtype=np.float64)
+
+    @property
+    def poses(self) -> FloatArray:
+        """(W, R, 3) x and y in m, heading in rad; a view of the running state."""
+        return self._state.poses
+
+    @property
+    def detections(self) -> npt.NDArray[np.uint8]:
+        """(W, R) readings, or (W, R, S) where robots have S > 1 sensors; a view of the running state."""
+        readings = self._state.detections
+        return readings[:, :, 0] if readings.shape[2] == 1 else readings
+
+    @property
+    def objects(self) -> FloatArray:
+        """(W, B, 3) poses of the pushable objects in m, m, rad; a view of the running state."""
+        return self._state.objects[:, :, :3]
+
+    @property
+    def touching(self) -> npt.NDArray[np.uint8]:
+        """(W, R) bit 0: touches a robot; bit 1: touches a wall."""
+        return np.stack([touching(self._parameters, poses) for poses in self._state.poses])
+
+    @property
+    def state(self) -> StateArrays:
+        """Everything that changes, for those who look inside."""
+        return self._state
+
+    def _given_poses(self, poses: npt.ArrayLike, count: int) -> FloatArray:
+        array = np.array(poses, dtype=np.float64)
+        expected = (count, self.world.num_robots, 3)
+        if array.shape != expected:
+            raise WorldError(f"initial_poses: shape is {array.shape}, expected {expected} (worlds, robots, x y heading)")
+        check_start(self.world, array)
+        return array
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in self.__dict__.items() if name != "_spaces"}
+
+    def __setstate__(self, content: dict[str, Any]) -> None:
+        """Restore; Chipmunk's spaces are rebuilt from the poses, so only ``disc`` continues to the last bit."""
+        self.__dict__.update(content)
+        self._spaces = Spaces(self.world, self.num_worlds if self.engine == "chipmunk" else 0)
+        if self.engine == "chipmunk":
+            for w in range(self.num_worlds):
+                self._spaces.rebuild(w, self._state)
+
+
+def check_engine(world: WorldSpec, engine: str) -> Engine:
+    """Return the engine if it exists and can represent the world.
+
+    Raises:
+        WorldError: Otherwise, with the reason.
+    """
+    if engine == "chipmunk":
+        return "chipmunk"
+    if engine == "disc":
+        if world.objects:
+            raise WorldError(f"{world.name}: engine 'disc' cannot push objects, the world has {len(world.objects)}; use engine='chipmunk'")
+        return "disc"
+    raise WorldError(f"engine is {engine!r}, expected one of {', '.join(ENGINES)}")

@@ -1,0 +1,60 @@
+"""What changes while worlds run, as arrays with a leading axis over worlds."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from swarm_envs.simulation.parameters import WorldArrays
+
+FloatArray = npt.NDArray[np.float64]
+
+
+class StateArrays(NamedTuple):
+    """State of W worlds (R robots, S sensors, D remembered commands, L remembered readings)."""
+
+    keys: npt.NDArray[np.uint64]
+    """(W,) key of each world's random draws."""
+    ticks: npt.NDArray[np.int64]
+    """(W,) ticks since the start."""
+    poses: FloatArray
+    """(W, R, 3) x and y in m, heading in rad (not wrapped)."""
+    held: FloatArray
+    """(W, R, 2) the command in force after losses, m/s and rad/s."""
+    history: FloatArray
+    """(W, R, D, 2) ring of commands in force, by tick modulo D."""
+    motion: FloatArray
+    """(W, R, 2) driven v in m/s and omega in rad/s, before contact."""
+    moving: npt.NDArray[np.uint8]
+    """(W, R) whether the drive is asked to move."""
+    gains: FloatArray
+    """(W, R, 2) each robot's own factors on the two gains."""
+    detections: npt.NDArray[np.uint8]
+    """(W, R, S) the reading that the controller has."""
+    readings: npt.NDArray[np.uint8]
+    """(W, R, S, L) ring of readings not yet delivered."""
+    stalled: npt.NDArray[np.uint8]
+    """(W, R) whether a touch on a wheel keeps the robot from driving."""
+    objects: FloatArray
+    """(W, B, 6) pushable objects: x, y, angle, vx, vy, omega."""
+
+
+def empty_state(world: WorldArrays, num_worlds: int) -> StateArrays:
+    """Allocate the state of ``num_worlds`` worlds, all zeros; see :mod:`swarm_envs.simulation.start` for filling it."""
+    robots, sensors = world.sensors.shape[:2]
+    return StateArrays(
+        keys=np.zeros(num_worlds, np.uint64),
+        ticks=np.zeros(num_worlds, np.int64),
+        poses=np.zeros((num_worlds, robots, 3)),
+        held=np.zeros((num_worlds, robots, 2)),
+        history=np.zeros((num_worlds, robots, world.history, 2)),
+        motion=np.zeros((num_worlds, robots, 2)),
+        moving=np.zeros((num_worlds, robots), np.uint8),
+        gains=np.ones((num_worlds, robots, 2)),
+        detections=np.zeros((num_worlds, robots, sensors), np.uint8),
+        readings=np.zeros((num_worlds, robots, sensors, world.readings), np.uint8),
+        stalled=np.zeros((num_worlds, robots), np.uint8),
+        objects=np.zeros((num_worlds, len(world.objects), 6)),
+    )

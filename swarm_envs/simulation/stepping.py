@@ -1,0 +1,121 @@
+"""The order of a tick, compiled: command, stall, drive, contact, clock, sense. The same for both engines."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from swarm_envs.compiled import compiled
+from swarm_envs.simulation import chipmunk, disc
+from swarm_envs.simulation.actuation import drive, give_commands
+from swarm_envs.simulation.chipmunk import SpaceArrays
+from swarm_envs.simulation.parameters import FloatArray, WorldArrays
+from swarm_envs.simulation.sensing import sense
+from swarm_envs.simulation.state import StateArrays
+from swarm_envs.simulation.touching import stall_wheels
+
+ByteArray = npt.NDArray[np.uint8]
+
+
+@compiled()
+def advance_world(
+    world: WorldArrays,
+    state: StateArrays,
+    spaces: SpaceArrays,
+    use_disc: bool,
+    w: int,
+    commands: FloatArray,
+    wish: FloatArray,
+    contacts: FloatArray,
+) -> None:
+    """Run world ``w`` through one tick.
+
+    Args:
+        world: Parameters.
+        state: State of all worlds.
+        spaces: Chipmunk's memory; not looked at when ``use_disc``.
+        use_disc: Which engine solves contacts.
+        w: Index of the world.
+        commands: (R, 2) v in m/s and omega in rad/s.
+        wish: (R, 3) scratch memory.
+        contacts: (C, 10) scratch memory of the disc engine.
+    """
+    give_commands(world, state, w, commands)
+    if not world.ideal_drive:
+        stall_wheels(world, state, w)
+    if use_disc:
+        drive(world, state, w, 0.0, 1.0, wish)
+        disc.advance(world, state, w, wish, contacts)
+    else:
+        chipmunk.advance(world, state, spaces, w, wish)
+    state.ticks[w] += 1
+    sense(world, state, w)
+
+
+@compiled()
+def step_worlds(
+    world: WorldArrays,
+    state: StateArrays,
+    spaces: SpaceArrays,
+    use_disc: bool,
+    commands: FloatArray,
+    wish: FloatArray,
+    contacts: FloatArray,
+) -> None:
+    """Run every world through one tick with its own commands (W, R, 2)."""
+    for w in range(commands.shape[0]):
+        advance_world(world, state, spaces, use_disc, w, commands[w], wish, contacts)
+
+
+@compiled()
+def run_worlds(
+    world: WorldArrays, state: StateArrays, spaces: SpaceArrays, use_disc: bool, controllers: FloatArray, steps: int, every: int,
+    wish: FloatArray, contacts: FloatArray, poses: FloatArray, detections: ByteArray, commands: FloatArray,
+) -> None:  # fmt: skip
+    """Run each world with its controllers and record frames.
+
+    Args:
+        world: Parameters.
+        state: State of W worlds, started and sensed.
+        spaces: Chipmunk's memory.
+        use_disc: Which engine solves contacts.
+        controllers: (W, R, 2 * 2^K) pairs (v, omega) in m/s and rad/s; the pair's index is the number that K readings write in binary.
+        steps: Ticks to run.
+        every: Ticks from one recorded frame to the next.
+        wish: (R, 3) scratch memory.
+        contacts: (C, 10) scratch memory.
+        poses: (W, F, R, 3) written.
+        detections: (W, F, R, S) written.
+        commands: (W, F, R, 2) written: what each robot does about the frame's detections.
+    """
+    now = np.empty((state.poses.shape[1], 2))
+    for w in range(controllers.shape[0]):
+        for k in range(steps + 1):
+            control(state.detections[w], controllers[w], now)
+            if k % every == 0:
+                poses[w, k // every] = state.poses[w]
+                detections[w, k // every] = state.detections[w]
+                commands[w, k // every] = now
+            if k < steps:
+                advance_world(world, state, spaces, use_disc, w, now, wish, contacts)
+
+
+@compiled()
+def control(detections: ByteArray, controllers: FloatArray, commands: FloatArray) -> None:
+    """Write each robot's command (R, 2) for its readings (R, S): the if-else controller of the paper, one pair a pattern."""
+    inputs = 1
+    while 2 << inputs < controllers.shape[1]:
+        inputs += 1
+    for i in range(controllers.shape[0]):
+        pattern = 0
+        for s in range(inputs):
+            pattern += int(detections[i, s]) << s
+        commands[i, 0] = controllers[i, 2 * pattern]
+        commands[i, 1] = controllers[i, 2 * pattern + 1]
+
+
+@compiled()
+def sense_worlds(world: WorldArrays, state: StateArrays, which: npt.NDArray[np.int64]) -> None:
+    """Take the first readings of the worlds with these indices."""
+    for w in which:
+        sense(world, state, w)

@@ -1,0 +1,91 @@
+"""Who touches whom: for pictures, metrics, stalled wheels, and for skipping substeps when nothing is near."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from swarm_envs.compiled import compiled
+from swarm_envs.simulation import parameters as p
+from swarm_envs.simulation.parameters import FloatArray, WorldArrays
+from swarm_envs.simulation.state import StateArrays
+
+TOUCH = 1e-3
+"""A gap in m below which two surfaces count as touching."""
+TOUCHES_ROBOT, TOUCHES_WALL = 1, 2
+LARGE = 64
+"""Swarms above this are taken to have something near at all times."""
+
+
+@compiled()
+def anything_near(world: WorldArrays, poses: FloatArray, margin: float) -> bool:
+    """Whether some pair of robots, or a robot and a wall, has a gap below ``margin`` m; taken to be so in a large swarm."""
+    count = poses.shape[0]
+    if count > LARGE:
+        return True
+    for i in range(count):
+        for j in range(i):
+            if pair_within(world, poses, i, j, margin):
+                return True
+        for e in range(world.walls.shape[0]):
+            if wall_within(world, poses, i, e, margin):
+                return True
+    return False
+
+
+@compiled(inline="always")
+def pair_within(world: WorldArrays, poses: FloatArray, i: int, j: int, margin: float) -> bool:
+    """Whether the gap between two robots is below ``margin`` m."""
+    dx, dy = poses[j, 0] - poses[i, 0], poses[j, 1] - poses[i, 1]
+    near = world.robots[i, p.RADIUS] + world.robots[j, p.RADIUS] + margin
+    return bool(dx * dx + dy * dy < near * near)
+
+
+@compiled(inline="always")
+def wall_within(world: WorldArrays, poses: FloatArray, i: int, e: int, margin: float) -> bool:
+    """Whether the gap between a robot and a wall is below ``margin`` m."""
+    walls = world.walls
+    near = world.robots[i, p.RADIUS] + margin
+    px, py = poses[i, 0] - walls[e, p.START_X], poses[i, 1] - walls[e, p.START_Y]
+    ux, uy = walls[e, p.ALONG_X], walls[e, p.ALONG_Y]
+    across = ux * py - uy * px
+    if across > near or across < -near:
+        return False
+    along = px * ux + py * uy
+    over = along - min(max(along, 0.0), walls[e, p.LENGTH])
+    return bool(across * across + over * over < near * near)
+
+
+@compiled()
+def touching(world: WorldArrays, poses: FloatArray) -> npt.NDArray[np.uint8]:
+    """Return for each robot (R,) whether it touches a robot (bit 0) and a wall (bit 1)."""
+    count = poses.shape[0]
+    flags = np.zeros(count, np.uint8)
+    for i in range(count):
+        for j in range(i):
+            if pair_within(world, poses, i, j, TOUCH):
+                flags[i] |= TOUCHES_ROBOT
+                flags[j] |= TOUCHES_ROBOT
+        for e in range(world.walls.shape[0]):
+            if wall_within(world, poses, i, e, TOUCH):
+                flags[i] |= TOUCHES_WALL
+    return flags
+
+
+@compiled()
+def stall_wheels(world: WorldArrays, state: StateArrays, w: int) -> None:
+    """Mark the robots of world ``w`` that another robot touches on a wheel: a bare body's servos stall (paper, Bump Shield)."""
+    poses = state.poses[w]
+    for i in range(poses.shape[0]):
+        state.stalled[w, i] = 0
+        half_angle = world.robots[i, p.STALL_HALF_ANGLE]
+        if half_angle == 0.0:
+            continue
+        for j in range(poses.shape[0]):
+            if j != i and pair_within(world, poses, i, j, TOUCH):
+                bearing = math.atan2(poses[j, 1] - poses[i, 1], poses[j, 0] - poses[i, 0]) - poses[i, 2]
+                # the axle lies across the heading: a touch near +-90 degrees is on a wheel
+                if abs(math.cos(bearing)) < math.sin(half_angle):
+                    state.stalled[w, i] = 1
