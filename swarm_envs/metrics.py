@@ -17,8 +17,8 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 import shapely
-from numba import njit
 
+from swarm_envs.compiled import compiled
 from swarm_envs.worlds.spec import Polygon, WorldSpec
 
 Array = npt.NDArray[np.float64]
@@ -26,6 +26,7 @@ Flags = npt.NDArray[np.bool_]
 
 CONTACT_GAP = 1.5e-3
 """Gap in m up to which two robots, or a robot and a wall, are said to touch; the simulation's overlap bound is of this size."""
+_WALL, _ROBOT = 1, 2
 
 
 class Trajectories(Protocol):
@@ -99,7 +100,7 @@ def convex_hull_area(trajectories: Trajectories, steps: int = 100) -> Array:
 
 def nearest_neighbour_distance(trajectories: Trajectories, steps: int = 100) -> Array:
     """Mean_i of the distance to the nearest other robot's centre in m; infinite for a lone robot."""
-    return np.asarray(_nearest(np.ascontiguousarray(_window(trajectories, steps))).mean(axis=(1, 2)))
+    return np.asarray(nearest_distances(_window(trajectories, steps)).mean(axis=(1, 2)))
 
 
 def collisions(trajectories: Trajectories, steps: int = 100) -> Array:
@@ -116,16 +117,8 @@ def coverage(trajectories: Trajectories, steps: int | None = None) -> Array:
     world = trajectories.world
     poses = trajectories.poses if steps is None else _window(trajectories, steps)
     radii = contact_radii(world)
-    (left, bottom), (width, height) = np.min(world.arena.outline, axis=0), world.size
-    spacing = max(radii.min() / 2, math.sqrt(width * height / 1e6))
-    columns, rows = max(1, round(width / spacing)), max(1, round(height / spacing))
-    step_x, step_y = width / columns, height / rows
-    xs, ys = left + step_x * (np.arange(columns) + 0.5), bottom + step_y * (np.arange(rows) + 0.5)
-    points = np.stack(np.meshgrid(xs, ys), axis=-1).reshape(-1, 2)
-    floor = _inside(world.arena.outline, points)
-    for obstacle in world.arena.obstacles:
-        floor &= ~_inside(obstacle.outline, points)
-    return _swept(np.ascontiguousarray(poses), radii, floor.reshape(rows, columns), np.array([left, bottom, step_x, step_y]))
+    lattice = _Lattice(world, max(radii.min() / 2, math.sqrt(world.size[0] * world.size[1] / 1e6)))
+    return np.asarray(_swept(np.ascontiguousarray(poses), radii, lattice.on_floor, lattice.frame))
 
 
 def in_contact(world: WorldSpec, poses: npt.ArrayLike) -> Flags:
@@ -138,9 +131,19 @@ def in_contact(world: WorldSpec, poses: npt.ArrayLike) -> Flags:
     Returns:
         (..., robots) bool.
     """
-    where = np.asarray(poses, dtype=np.float64)
+    return _contacts(world, poses) > 0
+
+
+def at_wall(world: WorldSpec, poses: npt.ArrayLike) -> Flags:
+    """Say which robots touch a wall or an obstacle; arguments and result as :func:`in_contact`."""
+    return _contacts(world, poses) & _WALL > 0
+
+
+def nearest_distances(positions: npt.ArrayLike) -> Array:
+    """Distance in m from each robot's centre to the nearest other's, (..., robots) of positions (..., robots, 2 or more)."""
+    where = np.asarray(positions, dtype=np.float64)
     flat = np.ascontiguousarray(where[..., :2]).reshape(-1, where.shape[-2], 2)
-    return _touching(flat, contact_radii(world), wall_segments(world), CONTACT_GAP).reshape(where.shape[:-1])
+    return np.asarray(_nearest(flat).reshape(where.shape[:-1]))
 
 
 def world_radius(world: WorldSpec) -> float:
@@ -153,10 +156,46 @@ def contact_radii(world: WorldSpec) -> Array:
     return np.array([robot.body.contact_radius for robot in world.robots], dtype=np.float64)
 
 
+def polygon_edges(outline: Polygon) -> Array:
+    """Edges of a closed polygon, (corners, 4): x and y of both ends in m."""
+    ring = np.array(outline, dtype=np.float64)
+    return np.concatenate([ring, np.roll(ring, -1, axis=0)], axis=1)
+
+
 def wall_segments(world: WorldSpec) -> Array:
     """Edges of the arena's outline and of its obstacles, (edges, 4): x and y of both ends in m."""
-    rings = [np.array(ring, dtype=np.float64) for ring in (world.arena.outline, *(o.outline for o in world.arena.obstacles))]
-    return np.concatenate([np.concatenate([ring, np.roll(ring, -1, axis=0)], axis=1) for ring in rings])
+    return np.concatenate([polygon_edges(ring) for ring in (world.arena.outline, *(o.outline for o in world.arena.obstacles))])
+
+
+def floor_shape(world: WorldSpec, margin: float = 0.0) -> shapely.Geometry:
+    """The arena without its obstacles, less a margin in m along every wall."""
+    floor = shapely.buffer(shapely.Polygon(world.arena.outline), -margin)
+    obstacles = [shapely.buffer(shapely.Polygon(obstacle.outline), margin) for obstacle in world.arena.obstacles]
+    return shapely.difference(floor, shapely.union_all(obstacles))
+
+
+def floor_points(world: WorldSpec, spacing: float) -> Array:
+    """Points (n, 2) in m of a square lattice that lie on the floor, each for about ``spacing`` squared of it."""
+    lattice = _Lattice(world, spacing)
+    return lattice.points[lattice.on_floor]
+
+
+class _Lattice:
+    """Points about ``spacing`` m apart over the arena's bounding box, the middles of equal rectangles.
+
+    Attributes:
+        points: (rows, columns, 2) in m.
+        on_floor: (rows, columns), which lie in the arena and in no obstacle.
+        frame: (4,) left and bottom of the box and the rectangles' width and height in m.
+    """
+
+    def __init__(self, world: WorldSpec, spacing: float) -> None:
+        (left, bottom), (width, height) = np.min(world.arena.outline, axis=0), world.size
+        columns, rows = max(1, round(width / spacing)), max(1, round(height / spacing))
+        xs, ys = left + width * (np.arange(columns) + 0.5) / columns, bottom + height * (np.arange(rows) + 0.5) / rows
+        self.points: Array = np.stack(np.meshgrid(xs, ys), axis=-1)
+        self.on_floor: Flags = shapely.contains_xy(floor_shape(world), self.points[..., 0], self.points[..., 1])
+        self.frame: Array = np.array([left, bottom, width / columns, height / rows])
 
 
 class _Part:
@@ -192,23 +231,19 @@ def _cross(a: Array, b: Array) -> Array:
     return np.asarray(a[0] * b[1] - a[1] * b[0])
 
 
-def _inside(outline: Polygon, points: Array) -> Flags:
-    """Which points (n, 2) lie inside a polygon, by counting the edges to their right."""
-    x, y = points[:, 0], points[:, 1]
-    inside = np.zeros(len(points), dtype=np.bool_)
-    for (x0, y0), (x1, y1) in zip(outline, (*outline[1:], outline[0]), strict=True):
-        if y0 != y1:
-            inside ^= ((y0 > y) != (y1 > y)) & (x < x0 + (y - y0) * (x1 - x0) / (y1 - y0))
-    return inside
+def _contacts(world: WorldSpec, poses: npt.ArrayLike) -> npt.NDArray[np.uint8]:
+    where = np.asarray(poses, dtype=np.float64)
+    flat = np.ascontiguousarray(where[..., :2]).reshape(-1, where.shape[-2], 2)
+    return np.asarray(_touching(flat, contact_radii(world), wall_segments(world), CONTACT_GAP).reshape(where.shape[:-1]))
 
 
-@njit(cache=True, nogil=True)
-def _nearest(poses: Array) -> Array:
-    """Distance to the nearest other robot, (worlds, frames, robots)."""
-    worlds, frames, robots = poses.shape[:3]
-    out = np.full((worlds, frames, robots), np.inf)
-    for world, frame in np.ndindex(worlds, frames):
-        at, best = poses[world, frame], out[world, frame]
+@compiled()
+def _nearest(positions: Array) -> Array:
+    """Distance to the nearest other robot, (moments, robots) of positions (moments, robots, 2)."""
+    moments, robots = positions.shape[:2]
+    out = np.full((moments, robots), np.inf)
+    for moment in range(moments):
+        at, best = positions[moment], out[moment]
         for i in range(robots):
             for j in range(i):
                 distance = math.hypot(at[i, 0] - at[j, 0], at[i, 1] - at[j, 1])
@@ -216,7 +251,7 @@ def _nearest(poses: Array) -> Array:
     return out
 
 
-@njit(cache=True, nogil=True)
+@compiled()
 def segment_distance(x: float, y: float, segment: Array) -> float:
     """Distance from a point to a segment (x0, y0, x1, y1)."""
     dx, dy = segment[2] - segment[0], segment[3] - segment[1]
@@ -226,26 +261,27 @@ def segment_distance(x: float, y: float, segment: Array) -> float:
     return float(math.hypot(x - segment[0] - share * dx, y - segment[1] - share * dy))
 
 
-@njit(cache=True, nogil=True)
-def _touching(positions: Array, radii: Array, walls: Array, gap: float) -> Flags:
-    """Which robots touch something, (moments, robots) of positions (moments, robots, 2)."""
+@compiled()
+def _touching(positions: Array, radii: Array, walls: Array, gap: float) -> npt.NDArray[np.uint8]:
+    """What each robot touches, a sum of _WALL and _ROBOT: (moments, robots) of positions (moments, robots, 2)."""
     moments, robots = positions.shape[:2]
-    out = np.zeros((moments, robots), dtype=np.bool_)
+    out = np.zeros((moments, robots), dtype=np.uint8)
     for moment in range(moments):
         at, touch = positions[moment], out[moment]
         for i in range(robots):
             x, y = at[i, 0], at[i, 1]
             for k in range(walls.shape[0]):
                 if segment_distance(x, y, walls[k]) <= radii[i] + gap:
-                    touch[i] = True
+                    touch[i] |= _WALL
             for j in range(i):
                 reach = radii[i] + radii[j] + gap
                 if (at[j, 0] - x) ** 2 + (at[j, 1] - y) ** 2 <= reach * reach:
-                    touch[i] = touch[j] = True
+                    touch[i] |= _ROBOT
+                    touch[j] |= _ROBOT
     return out
 
 
-@njit(cache=True, nogil=True)
+@compiled()
 def _swept(poses: Array, radii: Array, floor: Flags, lattice: Array) -> Array:
     """Share of the floor's lattice points that lay in a disc in some frame, (worlds,)."""
     worlds, frames, robots = poses.shape[:3]

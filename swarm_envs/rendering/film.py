@@ -16,8 +16,8 @@ from swarm_envs.metrics import in_contact
 from swarm_envs.rendering.picture import Picture, Renderer
 from swarm_envs.worlds.spec import WorldSpec
 
-GIF_COLOURS = 64
-"""Colours of a GIF, one palette for all its frames so that nothing shimmers."""
+COMMON_COLOURS, SPREAD_COLOURS = 64, 64
+"""A GIF's palette, one for all its frames so that nothing shimmers: the most frequent colours, and colours spread over the rest."""
 
 
 class _Trajectories(Protocol):
@@ -119,11 +119,20 @@ def _shown(time: npt.NDArray[np.float64], every: float) -> list[int]:
 
 def _save_gif(images: npt.NDArray[np.uint8], path: Path, fps: float) -> None:
     """Write a GIF that loops, undithered in one palette taken from frames spread over the run."""
-    chosen = images[np.unique(np.linspace(0, len(images) - 1, 12).astype(int))]
-    palette = Image.fromarray(np.concatenate(list(chosen))).quantize(GIF_COLOURS, method=Image.Quantize.MEDIANCUT)
+    palette = _palette(images[np.unique(np.linspace(0, len(images) - 1, 12).astype(int))])
     frames = [Image.fromarray(image).quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
     duration = max(20, 10 * round(100 / fps))
     frames[0].save(path, save_all=True, append_images=frames[1:], duration=duration, loop=0, optimize=False, disposal=1)
+
+
+def _palette(images: npt.NDArray[np.uint8]) -> Image.Image:
+    """Choose colours: the many small things, such as bodies, keep their exact ones, gradients share the others."""
+    colours, counts = np.unique(images.reshape(-1, 3), axis=0, return_counts=True)
+    common = colours[np.argsort(-counts, kind="stable")[:COMMON_COLOURS]]
+    spread = Image.fromarray(np.concatenate(list(images))).quantize(SPREAD_COLOURS, method=Image.Quantize.MAXCOVERAGE).getpalette()
+    palette = Image.new("P", (1, 1))
+    palette.putpalette([*common.ravel().tolist(), *(spread or [])[: 3 * SPREAD_COLOURS]])
+    return palette
 
 
 def _save_mp4(images: npt.NDArray[np.uint8], path: Path, fps: float) -> None:

@@ -17,9 +17,9 @@ from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 from PIL import Image, ImageDraw
 
+from swarm_envs.compiled import compiled
 from swarm_envs.rendering.view import bounds
 from swarm_envs.worlds.spec import PushableObject, WorldSpec
 
@@ -185,7 +185,7 @@ def _stamps(kinds: tuple[tuple[float, float], ...], scale_x: float, scale_y: flo
     return stamps
 
 
-@njit(cache=True, nogil=True)
+@compiled()
 def _fill_stamps(stamps: Grey, contact: float, visible: float, scale_x: float, scale_y: float) -> None:
     rows, columns = stamps.shape[3], stamps.shape[4]
     for place_y, place_x, turn in np.ndindex(FINE, FINE, DIRECTIONS):
@@ -201,7 +201,7 @@ def _fill_stamps(stamps: Grey, contact: float, visible: float, scale_x: float, s
             stamps[place_y, place_x, turn, row, column] = (total + FINE * FINE // 2) // (FINE * FINE)
 
 
-@njit(cache=True, nogil=True, inline="always")
+@compiled(inline="always")
 def _shade(x: float, y: float, cosine: float, sine: float, contact: float, visible: float) -> int:
     """Grey of a robot at a point (m, from its centre)."""
     along, across = x * cosine + y * sine, y * cosine - x * sine
@@ -213,7 +213,7 @@ def _shade(x: float, y: float, cosine: float, sine: float, contact: float, visib
     return BODY if distance <= visible else 0
 
 
-@njit(cache=True, nogil=True)
+@compiled()
 def _draw(poses: Array, shown: Indices, stamps: Grey, models: Indices, frame: Array, still: Grey, out: Grey) -> None:
     """Copy the floor and add a stamp per robot, saturating; a robot that is not finite or not in the picture is left out."""
     size, rows, columns = out.shape[2], stamps.shape[4], stamps.shape[5]

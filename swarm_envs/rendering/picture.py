@@ -7,8 +7,8 @@ import math
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
+from swarm_envs.compiled import compiled
 from swarm_envs.rendering import palette, raster
 from swarm_envs.rendering.view import background, view_of
 from swarm_envs.worlds.spec import WorldSpec
@@ -167,7 +167,7 @@ def _pixel(colour: palette.Colour) -> Picture:
 _INK, _FLASH, _OBJECT, _BEAM = _pixel(palette.INK), _pixel(palette.FLASH), _pixel(palette.OBJECT), _pixel(palette.BEAM)
 
 
-@njit(cache=True, nogil=True)
+@compiled()
 def _draw_trails(canvas: Picture, path: Array, colours: Picture, width: float, alpha: float) -> None:
     points, robots = path.shape[0], path.shape[1]
     for robot in range(robots):
@@ -176,7 +176,7 @@ def _draw_trails(canvas: Picture, path: Array, colours: Picture, width: float, a
             raster.stroke(canvas, x0, y0, x1, y1, width, colours[robot], alpha * (k + 1) / points)
 
 
-@njit(cache=True, nogil=True)
+@compiled()
 def _draw_beams(canvas: Picture, at: Array, sensors: Array, seen: Flags, colours: Picture, idle: Picture) -> None:
     for k in range(sensors.shape[0]):
         robot = int(sensors[k, 0])
@@ -187,7 +187,7 @@ def _draw_beams(canvas: Picture, at: Array, sensors: Array, seen: Flags, colours
             raster.sector(canvas, x, y, angle, sensors[k, 2], sensors[k, 3], idle, 0.20, 0.02)
 
 
-@njit(cache=True, nogil=True)
+@compiled()
 def _draw_robots(
     canvas: Picture, at: Array, contact: Array, visible: Array, touching: Flags, colours: Picture, ink: Picture, flash: Picture
 ) -> None:

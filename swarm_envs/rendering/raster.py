@@ -13,7 +13,8 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
+
+from swarm_envs.compiled import compiled
 
 Canvas = npt.NDArray[np.uint8]
 ColourArray = npt.NDArray[np.uint8]
@@ -22,7 +23,7 @@ FAR = 1e6
 """Greatest coordinate in pixels that is drawn; keeps the loops' bounds within integers."""
 
 
-@njit(cache=True, nogil=True, inline="always")
+@compiled(inline="always")
 def blend(canvas: Canvas, row: int, column: int, colour: ColourArray, alpha: float) -> None:
     """Mix a colour into one pixel, ``alpha`` from 0 (nothing) to 1 (opaque)."""
     for channel in range(3):
@@ -30,7 +31,7 @@ def blend(canvas: Canvas, row: int, column: int, colour: ColourArray, alpha: flo
         canvas[row, column, channel] = np.uint8(old + alpha * (float(colour[channel]) - old) + 0.5)
 
 
-@njit(cache=True, nogil=True, inline="always")
+@compiled(inline="always")
 def window(low: float, high: float, length: int) -> Any:
     """The rows (or columns) ``first, end`` of a canvas of this length whose pixels meet ``[low, high]``."""
     if not (low > -FAR and high < FAR):
@@ -38,7 +39,7 @@ def window(low: float, high: float, length: int) -> Any:
     return max(0, math.floor(low)), min(length, math.floor(high) + 1)
 
 
-@njit(cache=True, nogil=True)
+@compiled()
 def annulus(canvas: Canvas, x: float, y: float, inner: float, outer: float, colour: ColourArray, alpha: float) -> None:
     """Draw a disc with a concentric hole; a full disc when ``inner`` is negative."""
     top, bottom = window(y - outer - 1, y + outer + 1, canvas.shape[0])
@@ -53,7 +54,7 @@ def annulus(canvas: Canvas, x: float, y: float, inner: float, outer: float, colo
                 blend(canvas, row, column, colour, alpha * cover)
 
 
-@njit(cache=True, nogil=True)
+@compiled()
 def box(
     canvas: Canvas, x: float, y: float, angle: float, half_x: float, half_y: float, rounding: float, colour: ColourArray, alpha: float
 ) -> None:
@@ -72,7 +73,7 @@ def box(
                 blend(canvas, row, column, colour, alpha * min(0.5 - distance, 1.0))
 
 
-@njit(cache=True, nogil=True)
+@compiled()
 def stroke(canvas: Canvas, x0: float, y0: float, x1: float, y1: float, width: float, colour: ColourArray, alpha: float) -> None:
     """Draw one piece of a polyline: the pixels nearest to it, its end excluded, so that translucent pieces do not add up at joints."""
     dx, dy = x1 - x0, y1 - y0
@@ -92,7 +93,7 @@ def stroke(canvas: Canvas, x0: float, y0: float, x1: float, y1: float, width: fl
                     blend(canvas, row, column, colour, alpha * min(cover, min(width, 1.0)))
 
 
-@njit(cache=True, nogil=True)
+@compiled()
 def sector(
     canvas: Canvas, x: float, y: float, angle: float, half_angle: float, radius: float, colour: ColourArray, alpha: float, far_alpha: float
 ) -> None:
