@@ -1,0 +1,96 @@
+"""The swarm as one agent: a Gymnasium environment."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, ClassVar
+
+import gymnasium as gym
+import numpy as np
+import numpy.typing as npt
+from gymnasium import spaces
+
+from swarm_envs.envs.stage import RENDER_MODES, Stage
+from swarm_envs.worlds import WorldSpec
+
+Observation = npt.NDArray[np.int8]
+
+
+class SwarmEnv(gym.Env[Observation, npt.NDArray[np.float32]]):
+    """Eight cheap robots, one binary sensor each, all under one agent.
+
+    ## Description
+    HeRo+ robots drive on a flat arena with walls that their sensor does not see. Each tick of 0.1 s the agent commands every robot's
+    forward speed and turn rate; the robots move by unicycle kinematics with contact, friction and whatever effects the world carries.
+    There is no task: the reward is zero. World, robots and numbers: `swarm_envs.load_world`.
+
+    ## Action Space
+    `Box((num_robots, 2), float32)`: a row for each robot. Values beyond the limits are clipped; NaN is an error.
+
+    | Column | Action | Min | Max | Unit |
+    |---|---|---|---|---|
+    | 0 | forward speed v | -0.09 | 0.09 | m/s |
+    | 1 | turn rate omega, counter-clockwise | -1.6 | 1.6 | rad/s |
+
+    The bounds are those of `hero_plus`; other worlds have their own.
+
+    ## Observation Space
+    `MultiBinary(num_robots)`: 1 where the robot's sensor sees another robot. With S > 1 sensors `MultiBinary((num_robots, S))`.
+
+    ## Rewards
+    0.0.
+
+    ## Starting State
+    Robots stand on distinct points of the world's start grid, drawn at random, with headings uniform on the circle.
+    `reset(options={"initial_poses": array})` with (num_robots, 3) x, y in m and heading in rad sets them instead.
+
+    ## Episode End
+    Truncated after 600 ticks (60 s); never terminated.
+
+    ## Information
+    `poses` (num_robots, 3) x and y in m, heading in rad; `time` in s.
+
+    ## Arguments
+    ```python
+    gym.make("HeRo/Swarm-v0", world="hero_plus", num_robots=None, engine="chipmunk", render_mode=None)
+    ```
+    `world`: a name, the path of a YAML file, or a `WorldSpec`. `num_robots`: another number of robots than the world's. `engine`:
+    `chipmunk` or `disc`. `render_mode`: `rgb_array` (513 x 426 pixels for `hero_plus`) or None.
+
+    ## Version History
+    - v0: first release.
+    """
+
+    metadata: ClassVar[dict[str, Any]] = {"render_modes": RENDER_MODES, "render_fps": 10}
+
+    def __init__(
+        self,
+        world: str | Path | WorldSpec = "hero_plus",
+        num_robots: int | None = None,
+        engine: str = "chipmunk",
+        render_mode: str | None = None,
+    ) -> None:
+        self._stage = Stage(world, num_robots, engine, render_mode)
+        self.world = self._stage.world
+        self.render_mode = render_mode
+        shape = self._stage.detections().shape
+        self.observation_space = spaces.MultiBinary(shape[0] if len(shape) == 1 else list(shape))
+        self.action_space = self._stage.swarm_action_space()
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Observation, dict[str, Any]]:
+        """Start an episode; see the class for ``options``."""
+        super().reset(seed=seed)
+        self._stage.reset(self.np_random, options)
+        return self._stage.detections(), self._info()
+
+    def step(self, action: npt.ArrayLike) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Run one tick of the world with the robots' commands."""
+        self._stage.advance(action)
+        return self._stage.detections(), 0.0, False, False, self._info()
+
+    def render(self) -> npt.NDArray[np.uint8] | None:  # type: ignore[override]
+        """Return the picture (height, width, 3) of the present moment."""
+        return self._stage.render()
+
+    def _info(self) -> dict[str, Any]:
+        return {"poses": self._stage.poses(), "time": self._stage.time()}
