@@ -1,0 +1,5 @@
+"""``python -m discovery``."""
+
+from discovery.command import main
+
+raise SystemExit(main())

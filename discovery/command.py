@@ -1,0 +1,142 @@
+"""The command: composes the settings, runs, and turns whatever goes wrong into one line and an exit status."""
+
+from __future__ import annotations
+
+import errno
+import os
+import signal
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType
+
+import hydra
+from hydra.core.hydra_config import HydraConfig
+from hydra.errors import HydraException
+from omegaconf import DictConfig
+from omegaconf.errors import OmegaConfBaseException
+
+from discovery.errors import DiscoveryError
+from discovery.run_folder import RunFolder, make_folder, open_folder, refuse_finished
+from discovery.settings import Settings, read_settings
+from swarm_envs.worlds import WorldError, load_world
+
+CONFIGS = Path(__file__).parent.parent / "configs"
+OPTIONS = {"-m", "--multirun", "-h", "--help", "--hydra-help", "--version", "-c", "--cfg", "-i", "--info", "--resolve", "-p", "--package"}
+"""Hydra's options that make sense here; everything else is a setting, key=value."""
+
+
+def main() -> int:
+    """Run the command line and return its exit status: 0 done, 1 something is wrong, 2 wrong usage, 130 and 143 stopped."""
+    status, opened = 1, _Opened()
+    try:
+        with _stoppable():
+            _refuse_unknown_options(sys.argv[1:])
+            _hydra_main(opened)
+        return 0
+    except DiscoveryError as error:
+        reason = str(error)
+    except WorldError as error:
+        reason = f"world: {error}"
+    except (HydraException, OmegaConfBaseException) as error:
+        reason = _one_line(error)
+    except Stopped as stop:
+        status, reason = 128 + stop.signal, "stopped"
+    except OSError as error:
+        full = error.errno in (errno.ENOSPC, errno.EDQUOT)
+        reason = f"{error.filename or 'disk'}: {'the disk is full, free space' if full else error.strerror or error}"
+    except MemoryError:
+        reason = "out of memory; take fewer videos (dataset.videos) or a smaller batch (representation.batch)"
+    hint = f"; finish this run with: python -m discovery resume={opened.folder.path}" if opened.folder else ""
+    print(f"discovery: {reason}{hint}", file=sys.stderr, flush=True)
+    return status
+
+
+class Stopped(BaseException):
+    """Ctrl-C or a request to end; every file written so far is whole."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__()
+        self.signal = number
+
+
+class _Opened:
+    """Which folder can be resumed, for the line that is printed at the end."""
+
+    folder: RunFolder | None = None
+
+
+def run(settings: Settings, given: bool, opened: _Opened) -> Path:
+    """Do one run.
+
+    Args:
+        settings: As composed.
+        given: Whether the command names settings beside ``resume``; then they must be those that the run began with.
+        opened: Told the run folder.
+
+    Returns:
+        The report's path.
+    """
+    if settings.resume:
+        folder = open_folder(Path(settings.resume), settings if given else None)
+    else:
+        load_world(settings.world)  # a wrong name should leave no folder behind
+        folder = make_folder(settings)
+    with folder:
+        refuse_finished(folder)
+        opened.folder = folder
+        from discovery.pipeline import discover  # torch takes seconds to import: mistakes are told before
+
+        report = discover(folder)
+    opened.folder = None
+    return report
+
+
+def _hydra_main(opened: _Opened) -> None:
+    if not (CONFIGS / "config.yaml").is_file():
+        raise DiscoveryError(f"{CONFIGS}: no config.yaml there; run from a checkout of the repository (pip install -e .)")
+    os.environ["HYDRA_FULL_ERROR"] = "1"  # hydra then raises its errors instead of printing them at length
+
+    @hydra.main(config_path=str(CONFIGS), config_name="config", version_base="1.3")
+    def job(config: DictConfig) -> None:
+        overrides = [text for text in HydraConfig.get().overrides.task if not text.startswith(("resume=", "runs=", "folder=", "threads="))]
+        report = run(read_settings(config), bool(overrides), opened)
+        print(report, flush=True)
+
+    job()
+
+
+def _refuse_unknown_options(words: list[str]) -> None:
+    for word in words:
+        if word.startswith("-") and word.split("=")[0] not in OPTIONS:
+            raise DiscoveryError(
+                f"unknown option {word!r}; settings are written key=value, such as seed=3 (see python -m discovery --help)"
+            )
+
+
+def _one_line(error: Exception) -> str:
+    """Say hydra's and omegaconf's many-line errors in one."""
+    lines = [" ".join(line.split()) for line in str(error).splitlines()]
+    wanted = []
+    for line in lines:
+        if line.startswith(("Config search path", "full_key", "object_type", "Set the environment")):
+            break
+        if line and not line.startswith("To append to your config"):
+            wanted.append(line)
+    return "; ".join(wanted) + f"; settings and their choices are in {CONFIGS}, or see python -m discovery --help"
+
+
+@contextmanager
+def _stoppable() -> Iterator[None]:
+    """Let Ctrl-C and the request to end stop the run between two files."""
+
+    def stop(number: int, frame: FrameType | None) -> None:
+        raise Stopped(number)
+
+    before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

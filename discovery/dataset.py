@@ -1,0 +1,54 @@
+"""The dataset: videos of random controllers, made and saved in chunks so that a stopped run keeps what it has."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from discovery.controllers import FloatArray, random_controllers
+from discovery.progress import bar
+from discovery.randomness import generator, whole_seed
+from discovery.run_folder import RunFolder, part_name
+from discovery.simulate import Simulator
+from swarm_envs.metrics import hand_crafted
+from swarm_envs.rendering import videos
+
+
+@dataclass(frozen=True)
+class Dataset:
+    """Random controllers and what they did."""
+
+    controllers: FloatArray
+    """(N, 4) in m/s and rad/s."""
+    videos: npt.NDArray[np.uint8]
+    """(N, frames, size, size), greyscale."""
+    metrics: FloatArray
+    """(N, 5), the hand-crafted metrics."""
+
+
+def make_dataset(folder: RunFolder, simulator: Simulator) -> Dataset:
+    """Simulate and render what is not in the folder yet, and return the whole dataset."""
+    settings, seed = folder.settings.dataset, folder.settings.seed
+    parts = [part.tensors for part in folder.parts("dataset")]
+    starts = range(0, settings.videos, settings.chunk)
+    with bar(settings.videos, "dataset", "videos", min(len(parts) * settings.chunk, settings.videos)) as progress:
+        for number in range(len(parts), len(starts)):
+            count = min(settings.chunk, settings.videos - starts[number])
+            controllers = random_controllers(simulator.world, count, generator(seed, "dataset controllers", number))
+            part = _make_part(simulator, controllers, whole_seed(seed, "dataset starts", number), settings.frames, settings.size)
+            folder.write_tensors(part_name("dataset", number), part, {})
+            parts.append(part)
+            progress.update(count)
+    return Dataset(**{name: np.concatenate([part[name] for part in parts]) for name in ("controllers", "videos", "metrics")})
+
+
+def _make_part(simulator: Simulator, controllers: FloatArray, seed: int, frames: int, size: int) -> dict[str, npt.NDArray[Any]]:
+    trajectories = simulator(controllers, seed)
+    return {
+        "controllers": controllers,
+        "videos": videos(trajectories, frames=frames, size=size),
+        "metrics": hand_crafted(trajectories),
+    }

@@ -1,0 +1,93 @@
+"""The whole path, from random controllers to the report; every step takes up what the folder holds already."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import torch
+
+from discovery.archive import Archive, to_parquet
+from discovery.controllers import check_controllers
+from discovery.dataset import Dataset, make_dataset
+from discovery.manifest import begin_manifest, end_manifest
+from discovery.medoids import Clusters, cluster
+from discovery.progress import stage
+from discovery.report import write_report
+from discovery.representation import METHODS, Fitted
+from discovery.run_folder import ARCHIVE, METRICS, RunFolder
+from discovery.search import run_search
+from discovery.simulate import Simulator
+from swarm_envs.worlds import load_world
+
+
+def discover(folder: RunFolder) -> Path:
+    """Do what is left to do in a locked run folder and return the report's path.
+
+    Raises:
+        DiscoveryError: One line, when something stands in the way.
+        WorldError: One line, when the world cannot be used.
+    """
+    settings = folder.settings
+    world = load_world(settings.world)
+    check_controllers(world, settings.search.include)
+    manifest = begin_manifest(folder, world)
+    # The number of threads decides how sums are split, hence the last bits: a resumed run keeps the one it began with.
+    torch.set_num_threads(manifest["threads"])
+    simulator, seconds = Simulator(world, settings.engine, settings.steps, manifest["threads"]), manifest["seconds"]
+    print(f"run        {folder.path}", flush=True)
+    print(
+        f"world      {world.name}: {world.num_robots} robots, {settings.steps} ticks of {world.tick:g} s, {settings.engine} engine",
+        flush=True,
+    )
+
+    with stage("dataset", seconds) as line:
+        dataset = make_dataset(folder, simulator)
+        line.done = f"{len(dataset.videos)} random controllers, simulated and rendered as {dataset.videos.shape[1:]} videos"
+    with stage("training", seconds) as line:
+        fitted = METHODS[settings.representation.method](folder, dataset)
+        line.done = _describe_training(fitted, dataset)
+    with stage("search", seconds) as line:
+        archive = run_search(folder, simulator, fitted.representation)
+        line.done = f"{len(archive)} controllers in the archive; {_count(archive.labels.tolist())}"
+    with stage("clusters", seconds) as line:
+        clusters = cluster(archive.embeddings, settings.clustering, settings.seed)
+        folder.write(ARCHIVE, to_parquet(archive, clusters))
+        folder.write_json(METRICS, summarise(archive, clusters, fitted))
+        line.done = f"{len(clusters.medoids)} medoids; {_count(archive.labels[clusters.medoids].tolist())}"
+    with stage("report", seconds) as line:
+        path = write_report(folder, simulator, archive, clusters, fitted, manifest)
+        line.done = f"{path.stat().st_size / 1e6:.1f} MB of HTML"
+    end_manifest(folder, manifest)
+    return path
+
+
+def summarise(archive: Archive, clusters: Clusters, fitted: Fitted) -> dict[str, Any]:
+    """Return a run's numbers for ``metrics.json``."""
+    medoids = clusters.medoids
+    return {
+        "evaluations": len(archive),
+        "labels_given_by": "rules",
+        "archive_labels": dict(Counter(archive.labels.tolist()).most_common()),
+        "medoid_labels": dict(Counter(archive.labels[medoids].tolist()).most_common()),
+        "medoids": [
+            {"row": int(row), "controller": archive.controllers[row].tolist(), "label": str(archive.labels[row]), "share": float(share)}
+            for row, share in zip(medoids, clusters.share(), strict=True)
+        ],
+        "novelty_by_generation": [float(archive.novelty[archive.generation == g].mean()) for g in range(int(archive.generation.max()) + 1)],
+        "encoder_started_from": fitted.origin,
+        "loss": fitted.losses,
+    }
+
+
+def _describe_training(fitted: Fitted, dataset: Dataset) -> str:
+    if not fitted.news:
+        return "taken from the run folder"
+    if not fitted.losses:
+        return "no steps"
+    return f"SimCLR on {len(dataset.videos)} videos, {len(fitted.losses)} steps, loss {fitted.losses[0]:.2f} to {fitted.losses[-1]:.2f}"
+
+
+def _count(labels: list[str]) -> str:
+    return ", ".join(f"{count} {name}" for name, count in Counter(labels).most_common())

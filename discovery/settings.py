@@ -1,0 +1,200 @@
+"""What a run may be told: one dataclass a config group, each number with its bounds.
+
+Values live in ``configs/``; these classes give them types, refuse unknown keys and numbers out of bounds.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any
+
+from omegaconf import MISSING, DictConfig, OmegaConf
+from omegaconf.errors import OmegaConfBaseException
+
+from discovery.errors import DiscoveryError
+
+
+def number(low: float, high: float = float("inf")) -> Any:
+    """Declare a number, or a list of numbers, from ``low`` to ``high``."""
+    return dataclasses.field(default=MISSING, metadata={"low": low, "high": high})
+
+
+def choice(*options: str) -> Any:
+    """Declare a word out of ``options``."""
+    return dataclasses.field(default=MISSING, metadata={"options": options})
+
+
+@dataclass
+class DatasetSettings:
+    """Videos of random controllers."""
+
+    videos: int = number(2)
+    """How many."""
+    frames: int = number(1, 64)
+    """Frames of a video, evenly spaced over the last half of the rollout."""
+    size: int = number(8, 512)
+    """Pixels a side."""
+    chunk: int = number(1)
+    """Rollouts simulated, and saved, at a time."""
+
+
+@dataclass
+class SimCLRSettings:
+    """Contrastive learning on a ResNet18."""
+
+    method: str = choice("simclr")
+    weights: str = choice("imagenet", "random")
+    """Where training starts."""
+    epochs: int = number(0)
+    batch: int = number(2)
+    """Videos a step; each gives two views."""
+    learning_rate: float = number(0.0)
+    """For each 256 videos of the batch."""
+    weight_decay: float = number(0.0)
+    momentum: float = number(0.0, 1.0)
+    warmup_epochs: int = number(0)
+    temperature: float = number(1e-6)
+    crop_scale: list[float] = number(0.01, 1.0)
+    """Smallest and largest area of the random crop, as a share of the picture."""
+    flip: float = number(0.0, 1.0)
+    """Probability of a horizontal flip."""
+    checkpoint_seconds: float = number(0.0)
+    """Longest training time in s lost to a stop."""
+    device: str = choice("auto", "cpu", "cuda")
+    precision: str = choice("auto", "float32", "bfloat16")
+
+
+@dataclass
+class SearchSettings:
+    """Novelty search."""
+
+    method: str = choice("novelty")
+    population: int = number(2)
+    generations: int = number(1)
+    """How many, the random first one included."""
+    neighbours: int = number(1)
+    """Nearest archive members that novelty averages over."""
+    tournament: int = number(1)
+    """Contestants of a tournament."""
+    crossover: float = number(0.0, 1.0)
+    """Probability that a child has two parents."""
+    mutation: float = number(0.0, 1.0)
+    """Probability that a gene is changed."""
+    mutation_step: float = number(0.0, 10.0)
+    """Standard deviation of a change as a share of the gene's limit."""
+    include: list[list[float]] = dataclasses.field(default_factory=list)
+    """Controllers [v0, w0, v1, w1] in m/s and rad/s that join the first population."""
+
+
+@dataclass
+class ClusteringSettings:
+    """From the archive to a few behaviours."""
+
+    method: str = choice("kmedoids")
+    medoids: int = number(1)
+
+
+@dataclass
+class ReportSettings:
+    """The page at the end."""
+
+    method: str = choice("html")
+    map_points: int = number(1)
+    """Archive members on the map."""
+    frame_every: int = number(1)
+    """Ticks between the animations' frames."""
+
+
+@dataclass
+class Settings:
+    """A whole run."""
+
+    name: str = MISSING
+    world: str = MISSING
+    engine: str = choice("chipmunk", "disc")
+    steps: int = number(2)
+    """Ticks of a rollout."""
+    seed: int = number(0, 2**63 - 1)
+    threads: int | None = number(1)
+    """Cores to use; None takes all."""
+    runs: str = MISSING
+    folder: str | None = MISSING
+    resume: str | None = MISSING
+    dataset: DatasetSettings = dataclasses.field(default_factory=DatasetSettings)
+    representation: SimCLRSettings = dataclasses.field(default_factory=SimCLRSettings)
+    search: SearchSettings = dataclasses.field(default_factory=SearchSettings)
+    clustering: ClusteringSettings = dataclasses.field(default_factory=ClusteringSettings)
+    report: ReportSettings = dataclasses.field(default_factory=ReportSettings)
+
+
+PLACES = ("runs", "folder", "resume", "threads")
+"""Settings that say where and how, not what: they may differ when a run is resumed."""
+
+
+def read_settings(config: DictConfig) -> Settings:
+    """Turn a composed config into typed settings.
+
+    Raises:
+        DiscoveryError: On an unknown or missing key, a wrong type, or a number out of bounds.
+    """
+    try:
+        settings: Settings = OmegaConf.to_object(OmegaConf.merge(OmegaConf.structured(Settings), config))  # type: ignore[assignment]
+    except OmegaConfBaseException as error:
+        key = error.full_key or "config"
+        raise DiscoveryError(f"{key}: {str(error).splitlines()[0]}; see configs/ for the keys and their types") from None
+    _check_bounds(settings, "")
+    _check_together(settings)
+    return settings
+
+
+def _check_bounds(part: Any, prefix: str) -> None:
+    for field in dataclasses.fields(part):
+        key, value = prefix + field.name, getattr(part, field.name)
+        if dataclasses.is_dataclass(value):
+            _check_bounds(value, key + ".")
+        options = field.metadata.get("options")
+        if options and value not in options:
+            raise DiscoveryError(f"{key}: given {value!r}, expected {' or '.join(options)}")
+        if "low" in field.metadata and value is not None:
+            low, high = field.metadata["low"], field.metadata["high"]
+            for item in value if isinstance(value, list) else [value]:
+                if not low <= item <= high:
+                    bound = f"from {low:g} to {high:g}" if high < float("inf") else f"of at least {low:g}"
+                    raise DiscoveryError(f"{key}: given {item!r}, expected a number {bound}")
+
+
+def _check_together(settings: Settings) -> None:
+    evaluations = settings.search.population * settings.search.generations
+    crop = settings.representation.crop_scale
+    if settings.clustering.medoids > evaluations:
+        raise DiscoveryError(
+            f"clustering.medoids: given {settings.clustering.medoids}, but the search makes only {evaluations} evaluations"
+        )
+    if settings.representation.batch > settings.dataset.videos:
+        raise DiscoveryError(
+            f"representation.batch: given {settings.representation.batch}, expected at most dataset.videos, {settings.dataset.videos}"
+        )
+    if len(crop) != 2 or crop[0] > crop[1]:
+        raise DiscoveryError(f"representation.crop_scale: given {crop}, expected [smallest, largest]")
+    if len(settings.search.include) > settings.search.population:
+        raise DiscoveryError(f"search.include: given {len(settings.search.include)} controllers, expected at most search.population")
+
+
+def flat(settings: Settings) -> dict[str, Any]:
+    """Return every setting under its dotted key."""
+
+    def walk(part: Any, prefix: str) -> dict[str, Any]:
+        found: dict[str, Any] = {}
+        for field in dataclasses.fields(part):
+            value = getattr(part, field.name)
+            found |= walk(value, f"{prefix}{field.name}.") if dataclasses.is_dataclass(value) else {prefix + field.name: value}
+        return found
+
+    return walk(settings, "")
+
+
+def to_yaml(settings: Settings) -> str:
+    """Return the settings as YAML, without those that say only where and how."""
+    plain = dataclasses.asdict(settings)
+    return OmegaConf.to_yaml(OmegaConf.create({key: value for key, value in plain.items() if key not in PLACES}))
