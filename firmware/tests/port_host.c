@@ -1,0 +1,5 @@
+#include <stdio.h>
+
+#include "check.h"
+
+void port_write(const char *text) { fputs(text, stdout); }
