@@ -20,7 +20,7 @@ EPISODE_TICKS = 600
 """Ticks of an episode (paper, Representation Learning: 600 timesteps)."""
 
 
-class SwarmParallelEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):
+class SwarmParallelEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's classes carry no types
     """Eight cheap robots, one binary sensor each, every robot an agent.
 
     The world, the actions and the observations are those of :class:`swarm_envs.envs.SwarmEnv`, one robot's share for each agent:
@@ -35,7 +35,7 @@ class SwarmParallelEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):
         max_ticks: Ticks of an episode.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {  # type: ignore[misc]
+    metadata: ClassVar[dict[str, Any]] = {
         "name": "HeRo/Swarm_v0",
         "render_modes": RENDER_MODES,
         "render_fps": 10,
@@ -109,7 +109,7 @@ class SwarmParallelEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):
             self.agents = []
         return results
 
-    def render(self) -> npt.NDArray[np.uint8] | None:  # type: ignore[override]
+    def render(self) -> npt.NDArray[np.uint8] | None:
         """Return the picture (height, width, 3) of the present moment."""
         return self._stage.render()
 

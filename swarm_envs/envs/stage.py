@@ -35,7 +35,7 @@ class Stage:
     def __init__(self, world: str | Path | WorldSpec, num_robots: int | None, engine: str, render_mode: str | None) -> None:
         if render_mode is not None and render_mode not in RENDER_MODES:
             raise ValueError(
-                f"render_mode is {render_mode!r}, expected 'rgb_array' or None; Gymnasium's HumanRendering wrapper opens a window on 'rgb_array'"
+                f"render_mode is {render_mode!r}, expected 'rgb_array' or None; for a window use the HumanRendering wrapper"
             )
         self.world = load_world(world, num_robots=num_robots)
         self.render_mode = render_mode
@@ -95,11 +95,11 @@ class Stage:
 
     def detections(self) -> npt.NDArray[np.int8]:
         """Each robot's readings, (R,) or (R, S), as a copy."""
-        return self.simulation.detections[0].astype(np.int8)
+        return np.array(self.simulation.detections[0], dtype=np.int8)
 
     def poses(self) -> npt.NDArray[np.float64]:
         """Poses (R, 3) in m, m, rad, as a copy."""
-        return self.simulation.poses[0].copy()
+        return np.array(self.simulation.poses[0])
 
     def time(self) -> float:
         """Seconds since the start."""

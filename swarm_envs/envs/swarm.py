@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -16,7 +16,7 @@ from swarm_envs.worlds import WorldSpec
 Observation = npt.NDArray[np.int8]
 
 
-class SwarmEnv(gym.Env[Observation, npt.NDArray[np.float32]]):
+class SwarmEnv(gym.Env[Observation, Any]):
     """Eight cheap robots, one binary sensor each, all under one agent.
 
     ## Description
@@ -61,7 +61,10 @@ class SwarmEnv(gym.Env[Observation, npt.NDArray[np.float32]]):
     - v0: first release.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": RENDER_MODES, "render_fps": 10}
+    metadata: dict[str, Any] = {  # noqa: RUF012  Gymnasium declares it so
+        "render_modes": RENDER_MODES,
+        "render_fps": 10,
+    }
 
     def __init__(
         self,
@@ -88,7 +91,7 @@ class SwarmEnv(gym.Env[Observation, npt.NDArray[np.float32]]):
         self._stage.advance(action)
         return self._stage.detections(), 0.0, False, False, self._info()
 
-    def render(self) -> npt.NDArray[np.uint8] | None:  # type: ignore[override]
+    def render(self) -> npt.NDArray[np.uint8] | None:
         """Return the picture (height, width, 3) of the present moment."""
         return self._stage.render()
 

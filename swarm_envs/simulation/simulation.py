@@ -86,6 +86,10 @@ class Simulation:
         array = np.ascontiguousarray(commands, dtype=np.float64)
         step_worlds(self._parameters, self._state, self._spaces.arrays, self.engine == "disc", array, self._wish, self._contacts)
 
+    def observe(self) -> None:
+        """Take readings anew, for those who have moved robots by writing to :attr:`poses`."""
+        sense_worlds(self._parameters, self._state, np.arange(self.num_worlds))
+
     def run(
         self, controllers: FloatArray, steps: int, every: int, poses: FloatArray, detections: npt.NDArray[np.uint8], commands: FloatArray
     ) -> None:

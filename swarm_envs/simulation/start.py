@@ -76,7 +76,7 @@ def check_start(world: WorldSpec, poses: FloatArray) -> None:
     for radius in np.unique(radii):
         free = free_floor(world, float(radius) - OVERLAP_ALLOWED)
         shapely.prepare(free)
-        inside = shapely.intersects_xy(free, poses[:, radii == radius, :2])
+        inside = shapely.intersects_xy(free, poses[:, radii == radius, 0], poses[:, radii == radius, 1])
         if not inside.all():
             w, k = np.argwhere(~inside)[0]
             i = int(np.flatnonzero(radii == radius)[k])

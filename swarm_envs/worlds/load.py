@@ -235,8 +235,11 @@ class _Reader:
             path = sibling if node.endswith(".yaml") and sibling.is_file() else _find(node, ROBOTS, "robot")
         except WorldError as error:
             self.fail(key, str(error))
-        reader = _Reader(path)
-        model = reader.robot_model(overrides)
+        try:
+            reader = _Reader(path)
+            model = reader.robot_model(overrides)
+        except WorldError as error:
+            self.fail(f"{key}.robot", str(error))
         self.provenance |= {f"robot.{name}": p for name, p in reader.provenance.items()}
         return model
 

@@ -1,0 +1,51 @@
+# Everything runs in its own virtual environment, built from pyproject.toml when it is missing or older.
+PYTHON ?= $(shell command -v python3.11 || command -v python3)
+VENV := .venv
+BIN := $(VENV)/bin
+# Arguments for the discovery command, such as: make discover ARGS="experiment=paper seed=3"
+ARGS ?=
+
+.PHONY: help discover test lint format bench clean
+
+help:
+	@echo "make discover   from nothing to a report of ten discovered behaviours (ARGS=\"experiment=paper seed=3\")"
+	@echo "make test       ruff, mypy and the tests"
+	@echo "make bench      speed of the simulation, with a table"
+	@echo "make format     format the sources"
+	@echo "make clean      remove the virtual environment"
+
+discover: $(VENV)/installed-discovery
+	@$(BIN)/python -m discovery $(ARGS)
+
+test: lint
+	$(BIN)/python -m pytest -n auto --dist worksteal -q
+
+lint: $(VENV)/installed-dev
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+format: $(VENV)/installed-dev
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+bench: $(VENV)/installed-dev
+	@$(BIN)/python -m tests.bench.simulation
+
+clean:
+	rm -rf $(VENV)
+
+$(VENV)/bin/python:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
+	  echo "found '$(PYTHON)', need Python 3.11 or newer; install it, or name it: make PYTHON=/path/to/python3.11" >&2; exit 1; }
+	$(PYTHON) -m venv $(VENV)
+
+$(VENV)/installed-discovery: pyproject.toml | $(VENV)/bin/python
+	@echo "setting up $(VENV) (once; about 3 GB, a few minutes)"
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[discovery]"
+	@touch $@
+
+$(VENV)/installed-dev: pyproject.toml | $(VENV)/bin/python
+	@echo "setting up $(VENV) with what the tests need (once; about 3 GB, a few minutes)"
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[discovery,video,dev]"
+	@touch $@ $(VENV)/installed-discovery
