@@ -52,6 +52,8 @@ class Features:
     """Root mean square of d_i over that of N discs of radius R packed tightest: 1 a heap, 1.25 eight in a touching ring."""
     radial_variation: Array
     """Standard deviation of d_i over their mean: 0 on a circle, about 0.4 in a heap."""
+    innermost: Array
+    """Smallest d_i over their mean: 1 on a circle, near 0 when a robot sits in the middle."""
     opening: Array
     """Largest angle, seen from c, between robots that follow one another, over the full circle: 1 / N in an even ring."""
     turns: Array
@@ -62,12 +64,20 @@ class Features:
     """Mean distance to the nearest neighbour over that of N points in a hexagonal lattice that fills the free floor."""
     emptiness: Array
     """Mean distance from a point of the floor to the nearest robot over that in a hexagonal lattice of N points: 1 is even cover."""
+    roaming: Array
+    """Root mean square distance of a robot from its own mean position, mean over robots, over the spacing of that lattice: small where
+    robots have settled."""
+    drift: Array
+    """Distance between the centroid's first and last place over the mean length of the robots' ways."""
     crashed: Array
     """Share of robots and moments that touch a wall or obstacle and stand still, below a tenth of the speed limit."""
     wall: Array
     """Share of robots and moments within R of the arena's wall."""
     along_wall: Array
-    """Mean speed along the wall of robots within R of it, the others counting zero, over the world's limit of linear speed."""
+    """Mean over robots of the speed at which a robot makes way along the arena's wall within R of it, to and fro cancelling, over the
+    world's limit of linear speed."""
+    hugging: Array
+    """The same way along the wall over the length of all ways: 1 when robots do nothing else."""
     traced: Array
     """Share of the wall's length that some robot passed along within R of it."""
 
@@ -87,27 +97,33 @@ RULES: dict[str, tuple[Demand, ...]] = {
         Demand("spread", "<", 1.7, 0.5),
     ),
     "cyclic pursuit": (
-        Demand("radial_variation", "<", 0.2, 0.1),
-        Demand("opening", "<", 0.4, 0.2),
-        Demand("turns", ">", 0.15, 0.15),
-        Demand("tangential", ">", 0.7, 0.3),
-        Demand("wall", "<", 0.6, 0.3),
+        Demand("radial_variation", "<", 0.3, 0.1),
+        Demand("innermost", ">", 0.35, 0.2),
+        Demand("opening", "<", 0.4, 0.1),
+        Demand("turns", ">", 0.1, 0.1),
+        Demand("tangential", ">", 0.6, 0.2),
+        Demand("drift", "<", 0.4, 0.2),
+        Demand("wall", "<", 0.6, 0.2),
     ),
     "milling": (
-        Demand("radial_variation", ">", 0.2, 0.1),
-        Demand("turns", ">", 0.15, 0.15),
-        Demand("tangential", ">", 0.5, 0.3),
-        Demand("wall", "<", 0.6, 0.3),
+        Demand("radial_variation", ">", 0.3, 0.1),
+        Demand("spread", ">", 1.3, 0.2),
+        Demand("turns", ">", 0.3, 0.2),
+        Demand("tangential", ">", 0.5, 0.2),
+        Demand("drift", "<", 0.3, 0.2),
+        Demand("wall", "<", 0.25, 0.2),
     ),
     "dispersal": (
         Demand("spacing", ">", 0.7, 0.2),
-        Demand("emptiness", "<", 1.5, 0.2),
-        Demand("crashed", "<", 0.5, 0.2),
+        Demand("emptiness", "<", 1.47, 0.2),
+        Demand("roaming", "<", 0.2, 0.1),
+        Demand("crashed", "<", 0.45, 0.2),
     ),
     "wall following": (
-        Demand("wall", ">", 0.7, 0.2),
-        Demand("along_wall", ">", 0.3, 0.2),
-        Demand("traced", ">", 0.6, 0.2),
+        Demand("wall", ">", 0.65, 0.2),
+        Demand("along_wall", ">", 0.22, 0.2),
+        Demand("hugging", ">", 0.6, 0.2),
+        Demand("traced", ">", 0.55, 0.2),
     ),
 }
 """What each behaviour demands; all of its conditions must hold."""
@@ -176,7 +192,8 @@ def _measure(world: WorldSpec, poses: Array, time: Array) -> Features:
     radius, limit = float(radii.mean()), world.limits.linear_speed
     velocity = np.diff(position, axis=1) / np.diff(time)[:, None, None]
     speed = np.hypot(velocity[..., 0], velocity[..., 1])
-    arm = position - position.mean(axis=2, keepdims=True)
+    centroid = position.mean(axis=2, keepdims=True)
+    arm = position - centroid
     distance = np.hypot(arm[..., 0], arm[..., 1])
     angle = np.arctan2(arm[..., 1], arm[..., 0])
 
@@ -190,24 +207,31 @@ def _measure(world: WorldSpec, poses: Array, time: Array) -> Features:
 
     gap, tangent, place = _wall(position, metrics.polygon_edges(world.arena.outline), radii)
     near = gap <= radius
-    along = np.abs(velocity[..., 0] * tangent[:, 1:, :, 0] + velocity[..., 1] * tangent[:, 1:, :, 1]) * near[:, 1:]
+    along = (velocity[..., 0] * tangent[:, 1:, :, 0] + velocity[..., 1] * tangent[:, 1:, :, 1]) * near[:, 1:]
+    progress = np.abs(along.mean(axis=1)).mean(axis=1)
+    travel = np.maximum(speed.mean(axis=(1, 2)), 1e-9)
     touching = metrics.at_wall(world, position)[:, 1:]
     heap = radius * math.sqrt(robots / (2 * HEXAGONAL_DENSITY))
+    lattice = _lattice_spacing(world, radius, robots)
     floor = metrics.floor_points(world, 0.1 * math.sqrt(world.size[0] * world.size[1]))
     return Features(
         speed=speed.mean(axis=(1, 2)) / limit,
         cluster=_largest_cluster(position, radii, radius).mean(axis=1) / robots,
         spread=np.sqrt((distance**2).mean(axis=2)).mean(axis=1) / heap,
         radial_variation=(distance.std(axis=2) / np.maximum(distance.mean(axis=2), 1e-9)).mean(axis=1),
+        innermost=(distance.min(axis=2) / np.maximum(distance.mean(axis=2), 1e-9)).mean(axis=1),
         opening=_opening(angle).mean(axis=1),
         turns=slowest,
-        tangential=around.mean(axis=(1, 2)) * sense / np.maximum(speed.mean(axis=(1, 2)), 1e-9),
-        spacing=metrics.nearest_distances(position).mean(axis=(1, 2)) / _lattice_spacing(world, radius, robots),
+        tangential=around.mean(axis=(1, 2)) * sense / travel,
+        spacing=metrics.nearest_distances(position).mean(axis=(1, 2)) / lattice,
         emptiness=_emptiness(position[:, :: max(1, len(time) // 4)], floor) / (HEXAGONAL_DISTANCE * math.sqrt(_area(world) / robots)),
+        roaming=np.sqrt(position.var(axis=1).sum(axis=-1)).mean(axis=1) / lattice,
+        drift=np.hypot(*np.moveaxis(centroid[:, -1, 0] - centroid[:, 0, 0], -1, 0)) / (travel * (time[-1] - time[0])),
         crashed=(touching & (speed < 0.1 * limit)).mean(axis=(1, 2)),
         wall=near.mean(axis=(1, 2)),
-        along_wall=along.mean(axis=(1, 2)) / limit,
-        traced=_traced(place[:, 1:], near[:, 1:] & (along > 0.1 * limit), world, radius),
+        along_wall=progress / limit,
+        hugging=progress / travel,
+        traced=_traced(place[:, 1:], near[:, 1:] & (np.abs(along) > 0.1 * limit), world, radius),
     )
 
 
