@@ -11,9 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from swarm_envs.worlds import load_robot_file
-
 from hero_firmware.errors import FirmwareError
+from swarm_envs.worlds import load_robot_file
 
 FIX_ONE = 65536
 """One, as the firmware's Q16.16."""
@@ -98,9 +97,13 @@ def _motion(drive: dict[str, Any], parts: dict[str, Any], electronics: dict[str,
         Constant("WHEEL_BASE", _fix(base), "m as Q16.16, wheel_base"),
         Constant("WHEEL_BASE_INVERSE", _fix(1 / base), "1/m as Q16.16, 1 / wheel_base"),
         Constant("MAX_RIM_SPEED", _fix(rim), "m/s as Q16.16, servo_no_load_speed x wheel_diameter / 2"),
-        Constant("TICK_SPEED", round(tick * FIX_ONE * 1e6), "rim speed, Q16.16 m/s, of one tick a us: pi wheel_diameter / encoder_ticks", True),
+        Constant(
+            "TICK_SPEED", round(tick * FIX_ONE * 1e6), "rim speed, Q16.16 m/s, of one tick a us: pi wheel_diameter / encoder_ticks", True
+        ),
         Constant("HALF_TICK", round(tick / 2 * 2**24), "m as Q8.24, rim path of half a tick"),
-        Constant("HALF_TICK_TURN", round(tick / base / (4 * math.pi) * 2**32), "binary angle, half the turn of one tick of one wheel", True),
+        Constant(
+            "HALF_TICK_TURN", round(tick / base / (4 * math.pi) * 2**32), "binary angle, half the turn of one tick of one wheel", True
+        ),
         Constant("VELOCITY_KP", round(electronics["velocity_kp"]), "us of pulse for 1 m/s of error, velocity_kp"),
         Constant("VELOCITY_KI_STEP", step, "us of pulse for 1 m/s of error in one control period, velocity_ki x control_period"),
         Constant("SERVO_US_PER_SPEED", per_speed, "us of pulse for 1 m/s, (servo_span_us - servo_deadband_us / 2) / MAX_RIM_SPEED"),

@@ -16,7 +16,7 @@ def firmware_folder() -> Path:
     package = Path(__file__).resolve().parent
     for folder in (package / "firmware", package.parent / "firmware"):
         if (folder / "core" / "hero_robot.c").is_file():
-            return folder
+            return folder.resolve()
     raise FirmwareError(f"no firmware sources beside {package}; install the package whole, or work in a checkout")
 
 

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from swarm_envs.worlds import load_robot_file
 
 from hero_firmware.board import SimulatedBoard
 from hero_firmware.errors import FirmwareError
+from swarm_envs.worlds import load_robot_file
 
 STILL = 1e-3
 """Rim speed, m/s, below which a wheel is too slow to say what holds it."""
@@ -67,7 +67,9 @@ class FirmwareSwarm:
             board.library.hero_sim_init(board.pointer, board.robot, board.key, board.seed)
             v0, w0, v1, w1 = (float(gene) for gene in genes)
             if not board.start((v0, w0, v1, w1)):
-                raise FirmwareError(f"robot {board.robot} stays in {board.view().state.name} and did not start; this is a fault of the firmware")
+                raise FirmwareError(
+                    f"robot {board.robot} stays in {board.view().state.name} and did not start; this is a fault of the firmware"
+                )
 
     def step(
         self, detections: ArrayLike, dt: float, *, distances: ArrayLike | None = None, motion: ArrayLike | None = None
@@ -82,7 +84,8 @@ class FirmwareSwarm:
                 that was held turns its wheels, and counts ticks, only as far as it moved. Without it the wheels slip freely.
 
         Returns:
-            (R, 2): the mean forward speed, m/s, and turn rate, rad/s, that the wheels gave in this step.
+            (R, 2): the mean forward speed, m/s, and turn rate, rad/s, that the servos drove at in this step: what the simulation
+            takes as the robot's wish, and contact may refuse.
         """
         ffi, library = self.boards[0].ffi, self.boards[0].library
         before = self._distances(detections, distances)

@@ -159,6 +159,7 @@ static void substep(struct hero_sim *sim, uint32_t step_us) {
   for (int side = 0; side < 2; side++) {
     struct hero_sim_wheel *wheel = &sim->wheel[side];
     wheel->speed += follow * (servo_speed(sim, side) - wheel->speed);
+    wheel->driven += wheel->speed * step_us * 1e-6;
     turn_wheel(wheel, sim->now_us, step_us);
   }
   sim->now_us += step_us;
@@ -211,7 +212,7 @@ void hero_sim_step(struct hero_sim *const *sims, size_t robots, const double *di
                    double *rim_speed) {
   for (size_t i = 0; i < robots; i++) {
     struct hero_sim *sim = sims[i];
-    double before[2] = {sim->wheel[0].path, sim->wheel[1].path};
+    double before[2] = {sim->wheel[0].driven, sim->wheel[1].driven};
     sim->distance_m = distance_m[i];
     for (int side = 0; side < 2; side++) sim->wheel[side].grip = grip ? grip[2 * i + (size_t)side] : 1.0;
     uint64_t end_us = sim->now_us + dt_us;
@@ -220,7 +221,7 @@ void hero_sim_step(struct hero_sim *const *sims, size_t robots, const double *di
       renew_lease(sim);
       hero_sim_run(sim, slice < end_us ? slice : end_us);
     }
-    for (int side = 0; side < 2; side++) rim_speed[2 * i + (size_t)side] = (sim->wheel[side].path - before[side]) / (dt_us * 1e-6);
+    for (int side = 0; side < 2; side++) rim_speed[2 * i + (size_t)side] = (sim->wheel[side].driven - before[side]) / (dt_us * 1e-6);
   }
 }
 

@@ -22,7 +22,8 @@ struct hero_mailbox {
 struct hero_sim_wheel {
   double speed;       /* rim speed of the servo, m/s, forward positive */
   double grip;        /* part of that speed that the wheel turns at: 1, or less when something holds the robot */
-  double path;        /* m of rim since power-on, with a random start within a tick */
+  double path;        /* m that the rim turned since power-on, with a random start within a tick */
+  double driven;      /* m that the servo would have turned a free wheel */
   uint32_t count;     /* encoder edges */
   uint32_t edge_us;
   uint16_t pulse_us;  /* 0: no pulses */

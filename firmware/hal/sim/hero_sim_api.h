@@ -52,7 +52,8 @@ bool hero_sim_command(struct hero_sim *sim, uint8_t type, const uint8_t *payload
 bool hero_sim_start(struct hero_sim *sim, const int32_t gene[4]);
 
 /* `robots` boards for dt_us: what each range sensor has before it (m, 0: nothing) and the grip of the wheels on the way in
- * (robots x 2, left and right; NULL: full), the mean rim speeds on the way out (robots x 2, m/s). Leases are renewed. */
+ * (robots x 2, left and right; NULL: full), the mean rim speeds that free wheels would have had on the way out (robots x 2,
+ * m/s). Leases are renewed. */
 void hero_sim_step(struct hero_sim *const *sims, size_t robots, const double *distance_m, const double *grip, uint32_t dt_us,
                    double *rim_speed);
 

@@ -1,0 +1,6 @@
+#pragma once
+struct TwoWire {
+  void begin(int, int);
+  void setClock(uint32_t);
+};
+extern TwoWire Wire;

@@ -1,0 +1,1 @@
+#include "../../hal/esp8266/src/secrets.example.h"
