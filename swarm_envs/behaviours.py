@@ -93,7 +93,7 @@ class Demand(NamedTuple):
 
 RULES: dict[str, tuple[Demand, ...]] = {
     "aggregation": (
-        Demand("cluster", ">", 0.9, 0.1),
+        Demand("cluster", ">", 0.85, 0.15),
         Demand("spread", "<", 1.7, 0.5),
     ),
     "cyclic pursuit": (
