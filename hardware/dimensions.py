@@ -226,12 +226,17 @@ class Hardware:
     """Width, bottom, top and corner radius of the opening for the charging plug."""
 
     # Hat.
-    hat_wall: float = 1.6
+    hat_wall: float = 1.2
+    """Three lines of 0.4 mm: nothing pushes the hat."""
     hat_lug_radius: float = 44.5
     hat_lug_angles: tuple[float, ...] = (30.0, 140.0, 220.0, 330.0)
     rocker_angle: float = 162.0
     rocker_radius: float = 47.5
     nodemcu_x: float = -5.0
+    ballast_angles: tuple[float, ...] = (184.0, 204.0)
+    """M8 nuts on the deck, on the rocker's circle: without them the robot would balance on its axle."""
+    ballast_post: float = 7.0
+    """Fits an M8 nut's bore with its thread."""
 
     # Arena walls and start grid.
     arena_wall: float = 3.0

@@ -92,7 +92,6 @@ def _scene(meshes: Sequence[tuple[Any, Body]], size: tuple[int, int], direction:
     vtk.vtkLogger.SetStderrVerbosity(vtk.vtkLogger.VERBOSITY_OFF)
     renderer = vtk.vtkRenderer()
     renderer.SetBackground(1, 1, 1)
-    renderer.UseFXAAOn()
     for data, body in meshes:
         for actor in (_surface(data, body), _edges(data, body)):
             actor.SetPosition(*body.shift)
@@ -108,19 +107,34 @@ def _scene(meshes: Sequence[tuple[Any, Body]], size: tuple[int, int], direction:
     camera.SetPosition(*toward)
     camera.SetViewUp(*((0, 0, 1) if abs(toward[2]) < 0.99 else (1, 0, 0)))
     renderer.ResetCamera()
-    _fit(renderer, camera, size, margin)
+    _fit(meshes, camera, size, margin)
+    kit = vtk.vtkLightKit()
+    kit.SetKeyLightAngle(55, -25)
+    kit.SetKeyLightIntensity(0.95)
+    kit.AddLightsToRenderer(renderer)
     window.Render()
     return window, renderer
 
 
-def _fit(renderer: Any, camera: Any, size: tuple[int, int], margin: float) -> None:
-    """Scale the parallel camera to the bodies' own extent instead of their bounding sphere."""
-    low, high = np.array(renderer.ComputeVisiblePropBounds()).reshape(3, 2).T
-    corners = np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
-    view = np.array([[camera.GetViewTransformMatrix().GetElement(i, j) for j in range(4)] for i in range(4)])
-    seen = (np.c_[corners, np.ones(8)] @ view.T)[:, :2]
-    extent = np.ptp(seen, axis=0)
-    camera.SetParallelScale(margin * 1.06 * max(extent[1] / 2, extent[0] / 2 * size[1] / size[0]))
+def _fit(meshes: Sequence[tuple[Any, Body]], camera: Any, size: tuple[int, int], margin: float) -> None:
+    """Centre and scale the parallel camera on what it sees of the bodies."""
+    from vtk.util.numpy_support import vtk_to_numpy
+
+    points = np.vstack([vtk_to_numpy(data.GetPoints().GetData()) + np.array(body.shift) for data, body in meshes])
+    up = np.array(camera.GetViewUp())
+    toward = np.array(camera.GetDirectionOfProjection()) * -1
+    right = np.cross(up, toward) / np.linalg.norm(np.cross(up, toward))
+    up = np.cross(toward, right)
+    seen = np.c_[points @ right, points @ up, points @ toward]
+    low, high = seen.min(axis=0), seen.max(axis=0)
+    middle = (low + high) / 2
+    focus = middle[0] * right + middle[1] * up + middle[2] * toward
+    reach = high[2] - low[2] + 100.0
+    camera.SetFocalPoint(*focus)
+    camera.SetPosition(*(focus + reach * toward))
+    camera.SetClippingRange(1.0, 2 * reach)
+    extent = high - low
+    camera.SetParallelScale(margin * 1.05 * max(extent[1] / 2, extent[0] / 2 * size[1] / size[0]))
 
 
 def _surface(data: Any, body: Body) -> Any:
@@ -137,8 +151,8 @@ def _surface(data: Any, body: Body) -> Any:
     look = actor.GetProperty()
     look.SetColor(*body.colour)
     look.SetOpacity(body.opacity)
-    look.SetAmbient(0.28)
-    look.SetDiffuse(0.75)
+    look.SetAmbient(0.18)
+    look.SetDiffuse(0.85)
     look.SetSpecular(0.08)
     return actor
 
@@ -175,6 +189,8 @@ def _grab(window: Any) -> Image.Image:
     image = grabber.GetOutput()
     width, height, _ = image.GetDimensions()
     pixels = vtk_to_numpy(image.GetPointData().GetScalars()).reshape(height, width, -1)
+    if np.ptp(pixels) == 0:
+        raise RuntimeError("the off-screen picture is empty: no working EGL or OSMesa; install Mesa (Debian: libegl1 libgl1-mesa-dri)")
     return Image.fromarray(pixels[::-1, :, :3].copy())
 
 

@@ -11,8 +11,8 @@ from hardware.cad import bought
 from hardware.cad.battery_tray import battery_tray, nut_seat
 from hardware.cad.body_plate import body_plate, servo_screws, tray_screws
 from hardware.cad.bump_shield import bump_shield
-from hardware.cad.deck import carrier_posts, deck, hat_screws, shield_screws
-from hardware.cad.encoder_bracket import PLATE, WING_SCREW, ear_screws, encoder_bracket
+from hardware.cad.deck import ballast_posts, carrier_posts, deck, hat_screws, shield_screws
+from hardware.cad.encoder_bracket import PLATE, WING_SCREW, ear_holes, encoder_bracket
 from hardware.cad.encoder_disc import encoder_disc
 from hardware.cad.hat import FOOT, PAD, board_back, hat, sensor_place
 from hardware.cad.power_tray import power_tray
@@ -88,6 +88,10 @@ def _drive(h: Hardware) -> list[Item]:
     items = [Item("body plate", body_plate(h), PRINTED, 1, (0, 0, -40))]
     for side, solid, sign in both_sides(lambda: bought.servo(h)):
         items.append(Item(f"servo {side}", solid, BOUGHT, 1, (0, 22 * sign, -10)))
+        shaft = bought.output_shaft(h)
+        if sign < 0:
+            shaft = mirror(shaft, about=Plane.XZ)
+        items.append(Item(f"output shaft {side}", shaft, BOUGHT, 1, (0, 22 * sign, -10), turns=True))
         flange = h.servo_back_gap + h.servo.flange_bottom + h.servo.flange_height
         for index, x in enumerate(servo_screws(h)):
             place = Pos(x, sign * flange, h.axle_height) * Rot(-90 * sign, 0, 0)
@@ -126,6 +130,9 @@ def _deck(h: Hardware) -> list[Item]:
         items.append(Item(f"standoff screw {index + 1}", below, METAL, 4, (0, 0, -58), screwed=(name,)))
         above = Pos(x, y, h.deck_top) * bought.screw(6.0)
         items.append(Item(f"deck screw {index + 1}", above, METAL, 5, (0, 0, 112), screwed=(name,)))
+    for index, (x, y) in enumerate(ballast_posts(h)):
+        place = Pos(x, y, h.deck_top) * Rot(0, 0, h.ballast_angles[index])
+        items.append(Item(f"ballast {index + 1}", place * bought.nut(13.0, 6.5, h.ballast_post), METAL, 5, (0, 0, 112)))
     items.append(Item("power switch", bought.rocker(h), BOUGHT, 5, (0, 0, 112)))
     return items
 
@@ -156,15 +163,14 @@ def _encoders(h: Hardware) -> list[Item]:
 
 def _bracket_screws(h: Hardware, side: str, sign: int) -> list[Item]:
     items, top = [], h.deck_top + PLATE
-    for index, y in enumerate(ear_screws(h)):
-        name = f"switch nut {side} {index + 1}"
-        place = Pos(0, sign * y, h.switch_base - h.switch.ear_height) * Rot(180, 0, 0)
-        items.append(Item(f"switch screw {side} {index + 1}", place * bought.screw(8.0), METAL, 7, (0, 34 * sign, 60), screwed=(name,)))
-        seat = Pos(0, sign * y, top - h.screws.m3_nut_height)
-        items.append(Item(name, seat * bought.nut(), METAL, 7, (0, 34 * sign, 124)))
+    y, name = sign * ear_holes(h)[1], f"switch nut {side}"
+    place = Pos(0, y, h.switch_base - h.switch.ear_height) * Rot(180, 0, 0)
+    items.append(Item(f"switch screw {side}", place * bought.screw(8.0), METAL, 7, (0, 34 * sign, 60), screwed=(name,)))
+    items.append(Item(name, Pos(0, y, top - h.screws.m3_nut_height) * bought.nut(), METAL, 7, (0, 34 * sign, 124)))
     for index, x in enumerate((WING_SCREW[0], -WING_SCREW[0])):
         name = f"bracket nut {side} {index + 1}"
-        items.append(Item(f"bracket screw {side} {index + 1}", Pos(x, sign * WING_SCREW[1], top) * bought.screw(8.0), METAL, 7, (0, 34 * sign, 124), screwed=(name,)))
+        place = Pos(x, sign * WING_SCREW[1], top) * bought.screw(8.0)
+        items.append(Item(f"bracket screw {side} {index + 1}", place, METAL, 7, (0, 34 * sign, 124), screwed=(name,)))
         items.append(Item(name, Pos(x, sign * WING_SCREW[1], h.deck_bottom + 1.2 - 2.4) * bought.nut(), METAL, 7, (0, 0, 70)))
     return items
 

@@ -5,22 +5,26 @@ from __future__ import annotations
 from build123d import Part, Pos, Rot, Sphere
 
 from hardware.cad.body_plate import flange_span, servo_screws, servo_span
-from hardware.cad.encoder_bracket import ear_screws
+from hardware.cad.encoder_bracket import ear_holes
 from hardware.cad.power_tray import charger_span, converter_span
 from hardware.cad.shapes import block, cut, hexagon, joined, polar, prism, rod, rod_y, rounded, torus_y
 from hardware.dimensions import Hardware
 
 
 def servo(h: Hardware) -> Part:
-    """Return the left servo: shaft along +y, case reaching backwards."""
+    """Return the left servo's housing: shaft along +y, case reaching backwards."""
     s, base, z = h.servo, h.servo_back_gap, h.axle_height
     low, high = z - s.width / 2, z + s.width / 2
     case = block(servo_span(h), (base, base + s.case), (low, high))
     flange = block(flange_span(h), (base + s.flange_bottom, base + s.flange_bottom + s.flange_height), (low, high))
     turret = rod_y(0, z, (base + s.case, base + s.turret), s.turret_diameter)
-    spline = rod_y(0, z, (base + s.turret, base + s.overall), s.spline_diameter)
     holes = [rod_y(x, z, (base + s.flange_bottom - 1, base + s.flange_bottom + s.flange_height + 1), 2.2) for x in servo_screws(h)]
-    return cut(joined(case, [flange, turret, spline]), holes)
+    return cut(joined(case, [flange, turret]), holes)
+
+
+def output_shaft(h: Hardware) -> Part:
+    """Return the left servo's output shaft above its housing."""
+    return rod_y(0, h.axle_height, (h.servo_back_gap + h.servo.turret, h.servo_back_gap + h.servo.overall), h.servo.spline_diameter)
 
 
 def horn(h: Hardware) -> Part:
@@ -30,9 +34,8 @@ def horn(h: Hardware) -> Part:
     reach, wide, narrow = n.arm_span / 2, n.arm_width_hub / 2, n.arm_width_tip / 2
     outline = [(-reach, -narrow), (0, -wide), (reach, -narrow), (reach, narrow), (0, wide), (-reach, narrow)]
     arms = Pos(0, 0, h.axle_height) * Rot(90, 0, 0) * prism(outline, (-outer, -outer + n.arm_thickness))
-    spline = rod_y(0, h.axle_height, (0, h.servo_back_gap + h.servo.overall), h.servo.spline_diameter)
     screw = rod_y(0, h.axle_height, (0, outer + 1), 2.2)
-    return cut(joined(hub, [arms]), [spline, screw])
+    return cut(joined(hub, [arms]), [output_shaft(h), screw])
 
 
 def tire(h: Hardware) -> Part:
@@ -52,7 +55,7 @@ def optical_switch(h: Hardware) -> Part:
         for side in (1, -1)
         for x in (-s.pin_pitch_width / 2, s.pin_pitch_width / 2)
     ]
-    holes = [rod(0, e, (z - s.ear_height - 1, z + 1), s.hole) for e in ear_screws(h)]
+    holes = [rod(0, e, (z - s.ear_height - 1, z + 1), s.hole) for e in ear_holes(h)]
     return joined(cut(joined(body, [ears]), [gap, *holes]), pins)
 
 

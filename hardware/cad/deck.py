@@ -17,6 +17,7 @@ NUT_KEY = 1.2
 def deck(h: Hardware) -> Part:
     """Return the deck in robot position; it prints as it stands, posts upwards."""
     posts = [rod(x, y, (h.deck_top, h.deck_top + POST), 6.0) for x, y in carrier_posts(h)]
+    posts += [rod(x, y, (h.deck_top, h.deck_top + POST), h.ballast_post - 2 * h.print.press) for x, y in ballast_posts(h)]
     plate = rod(0, 0, (h.deck_bottom, h.deck_top), 2 * h.deck_radius)
     return cut(joined(plate, posts), [*_screw_holes(h), *_openings(h)])
 
@@ -25,6 +26,11 @@ def carrier_posts(h: Hardware) -> list[tuple[float, float]]:
     """Where the carrier board is screwed down; its long side lies across the robot."""
     along, across = h.boards.carrier_holes
     return four(across / 2, along / 2)
+
+
+def ballast_posts(h: Hardware) -> list[tuple[float, float]]:
+    """Where the M8 nuts that weigh the rear down are glued."""
+    return [polar(h.rocker_radius, angle) for angle in h.ballast_angles]
 
 
 def shield_screws(h: Hardware) -> list[tuple[float, float]]:

@@ -1,4 +1,7 @@
-"""Encoder bracket: hangs the slotted switch over the disc, outside the wheel, and slides along the axle to centre its gap."""
+"""Encoder bracket: hangs the slotted switch over the disc, outside the wheel, and slides along the axle to centre its gap.
+
+The switch's inner ear hangs over the tire, where there is no room for a screw's head: a printed peg locates it, a screw holds the outer ear.
+"""
 
 from __future__ import annotations
 
@@ -27,27 +30,28 @@ def plug_span(h: Hardware) -> tuple[float, float]:
     return h.disc_y - h.switch.length / 2 - 0.8, h.disc_y + h.switch.length / 2 + 0.3
 
 
-def ear_screws(h: Hardware) -> list[float]:
-    """The y of the two screws through the switch's ears."""
-    return [h.disc_y - h.switch.hole_pitch / 2, h.disc_y + h.switch.hole_pitch / 2]
+def ear_holes(h: Hardware) -> tuple[float, float]:
+    """The y of the holes in the switch's inner and outer ear."""
+    return (h.disc_y - h.switch.hole_pitch / 2, h.disc_y + h.switch.hole_pitch / 2)
 
 
 def _stock(h: Hardware) -> Part:
     low, high = plug_span(h)
     top = h.deck_top + PLATE
     plug = block((-PLUG, PLUG), (low, high), (h.switch_base, top))
+    peg = rod(0, ear_holes(h)[0], (h.switch_base - h.switch.ear_height + 0.2, h.switch_base), h.switch.hole - 2 * h.print.press)
     wings = block((-WING, WING), (h.wheel_outer + 1.5, high), (h.deck_top, top))
     inside = rod(0, 0, (0, 100), 2 * (h.deck_radius - h.bracket_travel))
-    return joined(plug, [wings]) & inside
+    return joined(joined(plug, [wings]) & inside, [peg])
 
 
 def _holes(h: Hardware) -> list[Part]:
     top = h.deck_top + PLATE
     through = (h.switch_base - 1, top + 1)
     holes = []
-    for y in ear_screws(h):
-        holes.append(rod(0, y, through, h.screws.m3))
-        holes.append(hexagon(0, y, (top - h.screws.m3_nut_height, top + 1), h.screws.m3_nut))
+    outer = ear_holes(h)[1]
+    holes.append(rod(0, outer, through, h.screws.m3))
+    holes.append(hexagon(0, outer, (top - h.screws.m3_nut_height, top + 1), h.screws.m3_nut))
     holes += [slot(x, WING_SCREW[1], through, h.screws.m3, h.bracket_travel, 90) for x in (-WING_SCREW[0], WING_SCREW[0])]
     pins = block((-2.6, 2.6), (-1.2, 1.2), through)
     holes += [Pos(0, h.disc_y + side * h.switch.pin_pitch_length / 2, 0) * pins for side in (1, -1)]
