@@ -17,6 +17,7 @@ from hydra.errors import HydraException
 from omegaconf import DictConfig
 from omegaconf.errors import OmegaConfBaseException
 
+from discovery.controllers import check_controllers
 from discovery.errors import DiscoveryError
 from discovery.run_folder import RunFolder, make_folder, open_folder, refuse_finished
 from discovery.settings import Settings, read_settings
@@ -29,7 +30,7 @@ OPTIONS = {"-m", "--multirun", "-h", "--help", "--hydra-help", "--version", "-c"
 
 def main() -> int:
     """Run the command line and return its exit status: 0 done, 1 something is wrong, 2 wrong usage, 130 and 143 stopped."""
-    status, opened = 1, _Opened()
+    status, opened = 1, Opened()
     try:
         with _stoppable():
             _refuse_unknown_options(sys.argv[1:])
@@ -61,13 +62,14 @@ class Stopped(BaseException):
         self.signal = number
 
 
-class _Opened:
-    """Which folder can be resumed, for the line that is printed at the end."""
+class Opened:
+    """What the last line needs to know: which folder can be resumed, and what went wrong."""
 
     folder: RunFolder | None = None
+    failure: Exception | None = None
 
 
-def run(settings: Settings, given: bool, opened: _Opened) -> Path:
+def run(settings: Settings, given: bool, opened: Opened) -> Path:
     """Do one run.
 
     Args:
@@ -81,7 +83,7 @@ def run(settings: Settings, given: bool, opened: _Opened) -> Path:
     if settings.resume:
         folder = open_folder(Path(settings.resume), settings if given else None)
     else:
-        load_world(settings.world)  # a wrong name should leave no folder behind
+        check_controllers(load_world(settings.world), settings.search.include)  # a mistake should leave no folder behind
         folder = make_folder(settings)
     with folder:
         refuse_finished(folder)
@@ -93,18 +95,24 @@ def run(settings: Settings, given: bool, opened: _Opened) -> Path:
     return report
 
 
-def _hydra_main(opened: _Opened) -> None:
+def _hydra_main(opened: Opened) -> None:
     if not (CONFIGS / "config.yaml").is_file():
         raise DiscoveryError(f"{CONFIGS}: no config.yaml there; run from a checkout of the repository (pip install -e .)")
     os.environ["HYDRA_FULL_ERROR"] = "1"  # hydra then raises its errors instead of printing them at length
 
     @hydra.main(config_path=str(CONFIGS), config_name="config", version_base="1.3")
     def job(config: DictConfig) -> None:
-        overrides = [text for text in HydraConfig.get().overrides.task if not text.startswith(("resume=", "runs=", "folder=", "threads="))]
-        report = run(read_settings(config), bool(overrides), opened)
-        print(report, flush=True)
+        if opened.failure is not None:
+            return  # the rest of a sweep
+        overrides = [text for text in HydraConfig.get().overrides.task if not text.startswith(("resume=", "runs=", "folder="))]
+        try:
+            print(run(read_settings(config), bool(overrides), opened), flush=True)
+        except Exception as error:  # raised again below: hydra would add lines of its own
+            opened.failure = error
 
     job()
+    if opened.failure is not None:
+        raise opened.failure
 
 
 def _refuse_unknown_options(words: list[str]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -27,7 +28,7 @@ def random_controllers(world: WorldSpec, count: int, rng: np.random.Generator) -
     return rng.uniform(-limits, limits, (count, 4))
 
 
-def check_controllers(world: WorldSpec, controllers: Sequence[Sequence[float]]) -> FloatArray:
+def check_controllers(world: WorldSpec, controllers: Sequence[Any]) -> FloatArray:
     """Return given controllers as an array (count, 4).
 
     Raises:
@@ -35,8 +36,8 @@ def check_controllers(world: WorldSpec, controllers: Sequence[Sequence[float]]) 
     """
     limits = gene_limits(world)
     for controller in controllers:
-        if len(controller) != 4:
-            raise DiscoveryError(f"search.include: given {list(controller)}, expected four numbers [v0, w0, v1, w1] in m/s and rad/s")
+        if not isinstance(controller, Sequence) or len(controller) != 4 or not all(isinstance(gene, int | float) for gene in controller):
+            raise DiscoveryError(f"search.include: given {controller}, expected four numbers [v0, w0, v1, w1] in m/s and rad/s")
         for gene, value, limit in zip(GENES, controller, limits, strict=True):
             if not abs(value) <= limit:  # NaN fails too
                 raise DiscoveryError(

@@ -68,7 +68,8 @@ def children(
         settings: Tournament size and rates.
         rng: Source of every draw.
     """
-    first, second = (parents[tournament(fitness, len(parents), settings.tournament, rng)] for _ in range(2))
+    mothers, fathers = (tournament(fitness, len(parents), settings.tournament, rng) for _ in range(2))
+    first, second = parents[mothers], parents[fathers]
     return mutate(cross(first, second, settings.crossover, rng), limits, settings.mutation, settings.mutation_step, rng)
 
 
@@ -76,8 +77,8 @@ def tournament(fitness: FloatArray, winners: int, contestants: int, rng: np.rand
     """Return the indices (winners,) of the best of ``contestants`` distinct members (all, when there are fewer), each time anew."""
     size = min(contestants, len(fitness))
     rivals: npt.NDArray[np.int64] = np.argsort(rng.random((winners, len(fitness))), axis=1)[:, :size]
-    best = np.argmax(fitness[rivals], axis=1)
-    return rivals[np.arange(winners), best]
+    best = np.argmax(fitness[rivals], axis=1, keepdims=True)
+    return np.take_along_axis(rivals, best, axis=1)[:, 0]
 
 
 def cross(first: FloatArray, second: FloatArray, rate: float, rng: np.random.Generator) -> FloatArray:
@@ -85,8 +86,8 @@ def cross(first: FloatArray, second: FloatArray, rate: float, rng: np.random.Gen
     count, genes = first.shape
     point = rng.integers(1, genes, size=count)
     crossed = rng.random(count) < rate
-    from_second = crossed[:, None] & (np.arange(genes) >= point[:, None])
-    return np.where(from_second, second, first)
+    after_point = np.arange(genes)[None, :] >= np.reshape(point, (-1, 1))
+    return np.where(after_point & np.reshape(crossed, (-1, 1)), second, first)
 
 
 def mutate(population: FloatArray, limits: FloatArray, rate: float, step: float, rng: np.random.Generator) -> FloatArray:

@@ -29,10 +29,9 @@ def begin_manifest(folder: RunFolder, world: WorldSpec) -> dict[str, Any]:
     now = {"versions": _versions(), "machine": _machine(), "world": world_digest(world)}
     manifest = read_manifest(folder.path)
     if manifest is None:
-        threads = folder.settings.threads or len(os.sched_getaffinity(0))
         manifest = {
             "run": folder.identity, "status": "running", "started": _time(), "finished": None, "seed": folder.settings.seed,
-            "engine": folder.settings.engine, "threads": threads, "git": _git(), **now, "seconds": {}, "sessions": [],
+            "engine": folder.settings.engine, "threads": folder.settings.threads, "git": _git(), **now, "seconds": {}, "sessions": [],
         }  # fmt: skip
     for what in now:
         if manifest[what] != now[what]:

@@ -33,9 +33,9 @@ def discover(folder: RunFolder) -> Path:
     world = load_world(settings.world)
     check_controllers(world, settings.search.include)
     manifest = begin_manifest(folder, world)
-    # The number of threads decides how sums are split, hence the last bits: a resumed run keeps the one it began with.
-    torch.set_num_threads(manifest["threads"])
-    simulator, seconds = Simulator(world, settings.engine, settings.steps, manifest["threads"]), manifest["seconds"]
+    threads = settings.threads or 1  # a run folder's settings hold a number
+    torch.set_num_threads(threads)
+    simulator, seconds = Simulator(world, settings.engine, settings.steps, threads), manifest["seconds"]
     print(f"run        {folder.path}", flush=True)
     print(
         f"world      {world.name}: {world.num_robots} robots, {settings.steps} ticks of {world.tick:g} s, {settings.engine} engine",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import fcntl
 import hashlib
 import json
@@ -108,8 +109,9 @@ def make_folder(settings: Settings) -> RunFolder:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise DiscoveryError(f"{path}: cannot be made ({error.strerror}); choose another place with runs=FOLDER") from None
-    folder = RunFolder(path, settings)
-    folder.write(CONFIG, to_yaml(settings))
+    # The number of threads decides how sums are split, hence the last bits: it belongs to the run, also when it is resumed elsewhere.
+    folder = RunFolder(path, dataclasses.replace(settings, threads=settings.threads or len(os.sched_getaffinity(0))))
+    folder.write(CONFIG, to_yaml(folder.settings))
     return folder
 
 
@@ -156,7 +158,7 @@ def read_manifest(path: Path) -> dict[str, Any] | None:
         manifest = json.loads(file.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         raise DiscoveryError(f"{file}: not readable ({' '.join(str(error).split())}); put it back, or start a new run") from None
-    if not isinstance(manifest, dict) or not {"run", "status", "threads"} <= manifest.keys():
+    if not isinstance(manifest, dict) or not {"run", "status"} <= manifest.keys():
         raise DiscoveryError(f"{file}: not a manifest of a run; put it back, or start a new run")
     return manifest
 
@@ -201,7 +203,7 @@ def _read_config(path: Path) -> Settings:
 def _refuse_other_settings(path: Path, began: Settings, asked: Settings) -> None:
     now = flat(asked)
     for key, value in flat(began).items():
-        if key not in PLACES and now[key] != value:
+        if key not in PLACES and now[key] != value and (key != "threads" or now[key] is not None):
             raise DiscoveryError(
                 f"resume={path}: the run began with {key}={value}, this command says {now[key]}; "
                 "repeat the first command, or give resume= alone"

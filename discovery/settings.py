@@ -83,7 +83,7 @@ class SearchSettings:
     """Probability that a gene is changed."""
     mutation_step: float = number(0.0, 10.0)
     """Standard deviation of a change as a share of the gene's limit."""
-    include: list[list[float]] = dataclasses.field(default_factory=list)
+    include: list[Any] = dataclasses.field(default_factory=list)  # omegaconf takes no whole numbers for nested floats
     """Controllers [v0, w0, v1, w1] in m/s and rad/s that join the first population."""
 
 
@@ -102,6 +102,8 @@ class ReportSettings:
     method: str = choice("html")
     map_points: int = number(1)
     """Archive members on the map."""
+    map_iterations: int = number(250)
+    """Iterations of t-SNE; its library takes no fewer."""
     frame_every: int = number(1)
     """Ticks between the animations' frames."""
 
@@ -128,8 +130,8 @@ class Settings:
     report: ReportSettings = dataclasses.field(default_factory=ReportSettings)
 
 
-PLACES = ("runs", "folder", "resume", "threads")
-"""Settings that say where and how, not what: they may differ when a run is resumed."""
+PLACES = ("runs", "folder", "resume")
+"""Settings that say where, not what: they may differ when a run is resumed."""
 
 
 def read_settings(config: DictConfig) -> Settings:
@@ -195,6 +197,6 @@ def flat(settings: Settings) -> dict[str, Any]:
 
 
 def to_yaml(settings: Settings) -> str:
-    """Return the settings as YAML, without those that say only where and how."""
+    """Return the settings as YAML, without those that say only where."""
     plain = dataclasses.asdict(settings)
     return OmegaConf.to_yaml(OmegaConf.create({key: value for key, value in plain.items() if key not in PLACES}))

@@ -74,7 +74,7 @@ def step(training: Training, videos: Tensor, views: torch.Generator, settings: S
     value.backward()
     training.optimizer.step()
     training.scheduler.step()
-    training.losses.append(float(value))
+    training.losses.append(value.item())
 
 
 def train(folder: RunFolder, videos: npt.NDArray[np.uint8], compute: Compute, training: Training, settings: SimCLRSettings) -> None:

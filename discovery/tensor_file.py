@@ -17,6 +17,9 @@ from safetensors.numpy import save
 from discovery.atomic import write_atomically
 from discovery.errors import DiscoveryError
 
+LABEL = "discovery"
+"""Name of the header's entry that says which run, which facts, and what checksum."""
+
 
 class DamagedFileError(DiscoveryError):
     """A file of a run folder is not what was written."""
@@ -42,7 +45,9 @@ def write_tensor_file(path: Path, tensors: Mapping[str, npt.NDArray[Any]], facts
     """
     arrays = {name: np.ascontiguousarray(array) for name, array in tensors.items()}
     text = json.dumps(dict(facts))
-    write_atomically(path, save(arrays, {"run": run, "facts": text, "sha256": _digest(arrays, text)}))
+    # One entry, because safetensors writes several in random order: the same content gives the same bytes.
+    label = {"run": run, "sha256": _digest(arrays, text), "facts": text}
+    write_atomically(path, save(arrays, {LABEL: json.dumps(label)}))
 
 
 def read_tensor_file(path: Path, run: str) -> TensorFile:
@@ -53,14 +58,14 @@ def read_tensor_file(path: Path, run: str) -> TensorFile:
     """
     try:
         with safe_open(path, framework="numpy") as file:
-            metadata = file.metadata() or {}
+            label = json.loads((file.metadata() or {}).get(LABEL, "{}"))
             arrays = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 - not a mapping
-    except (SafetensorError, OSError) as error:
+    except (SafetensorError, OSError, ValueError) as error:
         raise DamagedFileError(f"{path}: not readable ({' '.join(str(error).split())})") from None
-    text = metadata.get("facts", "")
-    if metadata.get("sha256") != _digest(arrays, text):
+    text = label.get("facts", "")
+    if label.get("sha256") != _digest(arrays, text):
         raise DamagedFileError(f"{path}: its checksum does not match its content")
-    if metadata.get("run") != run:
+    if label.get("run") != run:
         raise DamagedFileError(f"{path}: it belongs to another run")
     return TensorFile(arrays, json.loads(text))
 

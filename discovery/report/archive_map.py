@@ -14,8 +14,6 @@ from sklearn.manifold import TSNE
 from discovery.progress import bar
 from discovery.randomness import generator, whole_seed
 
-ITERATIONS = 1000
-
 
 def choose_rows(count: int, medoids: npt.NDArray[np.int64], limit: int, seed: int) -> npt.NDArray[np.int64]:
     """Return the archive rows to show, in order: all of them, or a random part that holds every medoid."""
@@ -26,13 +24,13 @@ def choose_rows(count: int, medoids: npt.NDArray[np.int64], limit: int, seed: in
     return np.sort(np.concatenate([medoids, drawn]))
 
 
-def lay_out(embeddings: npt.NDArray[Any], seed: int) -> npt.NDArray[np.float64]:
+def lay_out(embeddings: npt.NDArray[Any], iterations: int, seed: int) -> npt.NDArray[np.float64]:
     """Return a place on the map for each embedding, (n, 2), each axis from 0 to 1."""
     if len(embeddings) < 3:
         return np.linspace(0.25, 0.75, len(embeddings))[:, None].repeat(2, axis=1)
     perplexity = min(30.0, (len(embeddings) - 1) / 3)
-    tsne = TSNE(init="pca", perplexity=perplexity, max_iter=ITERATIONS, random_state=whole_seed(seed, "map") >> 1, verbose=2)
-    with bar(ITERATIONS, "map", "iterations") as progress, contextlib.redirect_stdout(_Iterations(progress)):
+    tsne = TSNE(init="pca", perplexity=perplexity, max_iter=iterations, random_state=whole_seed(seed, "map") >> 1, verbose=2)
+    with bar(iterations, "map", "iterations") as progress, contextlib.redirect_stdout(_Iterations(progress)):
         places = tsne.fit_transform(embeddings)
     low, high = places.min(axis=0), places.max(axis=0)
     return np.asarray((places - low) / np.maximum(high - low, 1e-12), dtype=np.float64)

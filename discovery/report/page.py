@@ -73,7 +73,7 @@ def _cards(folder: RunFolder, simulator: Simulator, archive: Archive, clusters: 
 def _map(folder: RunFolder, archive: Archive, clusters: Clusters) -> dict[str, Any]:
     """Return places, labels and controllers of the archive members shown."""
     rows = choose_rows(len(archive), clusters.medoids, folder.settings.report.map_points, folder.settings.seed)
-    places = lay_out(archive.embeddings[rows], folder.settings.seed)
+    places = lay_out(archive.embeddings[rows], folder.settings.report.map_iterations, folder.settings.seed)
     names = sorted(set(archive.labels.tolist()), key=lambda name: (BEHAVIOURS.index(name) if name in BEHAVIOURS else 99, name))
     number = {name: index for index, name in enumerate(names)}
     return {

@@ -1,0 +1,126 @@
+"""Stopped anywhere, a run resumes and ends as if it had not been stopped."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from conftest import TINY, tiny
+
+from discovery import atomic
+from discovery.command import CONFIGS, Opened, Stopped, run
+from discovery.errors import DiscoveryError
+from discovery.run_folder import ARCHIVE, ENCODER, METRICS, open_folder
+
+RESULTS = (ARCHIVE, ENCODER, METRICS)
+
+
+def resume(path: Path) -> None:
+    run(tiny(f"resume={path}"), given=False, opened=Opened())
+
+
+def assert_same_results(path: Path, expected: Path) -> None:
+    for name in RESULTS:
+        assert (path / name).read_bytes() == (expected / name).read_bytes(), f"{name} differs"
+
+
+def run_until(names: str, path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Start the tiny run and interrupt it just before a file whose path holds ``names`` gets its place."""
+    replace = os.replace
+
+    def stopping(source: Path, target: Path) -> None:
+        if names in str(target):
+            raise Stopped(signal.SIGINT)
+        replace(source, target)
+
+    settings = tiny(f"resume={path}" if path.exists() else f"folder={path}")
+    with monkeypatch.context() as patch:
+        patch.setattr(atomic.os, "replace", stopping)
+        with pytest.raises(Stopped):
+            run(settings, given=False, opened=Opened())
+
+
+def test_the_same_seed_gives_the_same_archive_to_the_last_bit(finished: Path, tmp_path: Path) -> None:
+    run(tiny(f"folder={tmp_path / 'again'}"), given=True, opened=Opened())
+    assert_same_results(tmp_path / "again", finished)
+
+
+def test_a_run_stopped_again_and_again_at_every_stage_ends_with_the_same_bits(
+    finished: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "stopped"
+    places = ("manifest.json", "dataset/00001", "training/start", "training/step-0000002", ENCODER, "search/00000", "search/00002", ARCHIVE)
+    for place in (*places, "report.html"):
+        run_until(place, path, monkeypatch)
+        assert not any((path / place).parent.glob(f"{Path(place).name}*")), f"{place} was written although the run was stopped before"
+    resume(path)
+    assert_same_results(path, finished)
+
+
+def stopped_after_training_began(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    path = tmp_path / "stopped"
+    run_until("training/step-0000003", path, monkeypatch)
+    return path
+
+
+def test_a_tampered_checkpoint_is_refused_with_a_reason_and_the_one_before_is_used(
+    finished: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = stopped_after_training_began(tmp_path, monkeypatch)
+    newest = max((path / "training").glob("step-*"))
+    content = bytearray(newest.read_bytes())
+    content[-1000] ^= 1
+    newest.write_bytes(content)
+    resume(path)
+    said = capsys.readouterr().err
+    assert f"refused {newest}: its checksum does not match" in said
+    assert said.count("discovery: refused") == 1
+    assert_same_results(path, finished)
+
+
+def test_damaged_parts_are_refused_and_made_again(
+    finished: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "stopped"
+    run_until(ARCHIVE, path, monkeypatch)
+    for part in ("dataset/00001.safetensors", "search/00001.safetensors"):
+        (path / part).write_bytes((path / part).read_bytes()[:-50])
+    resume(path)
+    assert capsys.readouterr().err.count("discovery: refused") == 2
+    assert_same_results(path, finished)
+
+
+def test_a_tampered_encoder_is_refused(finished: Path, tmp_path: Path) -> None:
+    path = tmp_path / "copy"
+    shutil.copytree(finished, path)
+    content = bytearray((path / ENCODER).read_bytes())
+    content[-1] ^= 1
+    (path / ENCODER).write_bytes(content)
+    with pytest.raises(DiscoveryError, match=r"encoder\.safetensors: its checksum does not match"):
+        open_folder(path).read_tensors(ENCODER)
+
+
+def test_ctrl_c_ends_the_command_calmly_and_the_run_resumes(finished: Path, tmp_path: Path) -> None:
+    path = tmp_path / "stopped"
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(CONFIGS.parent), os.environ.get("PYTHONPATH", "")])}
+    process = subprocess.Popen(
+        [sys.executable, "-m", "discovery", *TINY, f"folder={path}"],
+        env=environment,
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    deadline = time.monotonic() + 90
+    while not list(path.glob("training/step-*")) and process.poll() is None and time.monotonic() < deadline:
+        time.sleep(0.02)
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=60)
+    assert process.returncode == 130, said
+    assert said.strip().splitlines()[-1].endswith(f"stopped; finish this run with: python -m discovery resume={path}")
+    assert "Traceback" not in said
+    resume(path)
+    assert_same_results(path, finished)
