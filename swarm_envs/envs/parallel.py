@@ -36,7 +36,7 @@ class SwarmParallelEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's class
     """
 
     metadata: ClassVar[dict[str, Any]] = {
-        "name": "HeRo/Swarm_v0",
+        "name": "HeRo/Swarm-v0",
         "render_modes": RENDER_MODES,
         "render_fps": 10,
         "is_parallelizable": True,

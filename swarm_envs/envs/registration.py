@@ -12,5 +12,5 @@ def register_environments() -> None:
     """Register every environment once; calling again changes nothing."""
     if "HeRo/Swarm-v0" not in gym.registry:
         gym.register(id="HeRo/Swarm-v0", entry_point="swarm_envs.envs.swarm:SwarmEnv", max_episode_steps=EPISODE_TICKS)
-    if "HeRo/Swarm_v0" not in pettingzoo.parallel_registry:
-        pettingzoo.register("parallel", "HeRo/Swarm_v0", entry_point="swarm_envs.envs.parallel:SwarmParallelEnv")
+    if "HeRo/Swarm-v0" not in pettingzoo.parallel_registry:
+        pettingzoo.register("parallel", "HeRo/Swarm-v0", entry_point="swarm_envs.envs.parallel:SwarmParallelEnv")

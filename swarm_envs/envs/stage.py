@@ -34,9 +34,7 @@ class Stage:
 
     def __init__(self, world: str | Path | WorldSpec, num_robots: int | None, engine: str, render_mode: str | None) -> None:
         if render_mode is not None and render_mode not in RENDER_MODES:
-            raise ValueError(
-                f"render_mode is {render_mode!r}, expected 'rgb_array' or None; for a window use the HumanRendering wrapper"
-            )
+            raise ValueError(f"render_mode is {render_mode!r}, expected 'rgb_array' or None; for a window use the HumanRendering wrapper")
         self.world = load_world(world, num_robots=num_robots)
         self.render_mode = render_mode
         self.simulation = Simulation(self.world, 1, engine)

@@ -36,7 +36,7 @@ from swarm_envs.simulation.chipmunk_calls import (
 )
 from swarm_envs.simulation.parameters import FloatArray, WorldArrays, compile_world
 from swarm_envs.simulation.state import StateArrays
-from swarm_envs.simulation.touching import anything_near
+from swarm_envs.simulation.touching import LARGE, anything_near, time_to_touch
 from swarm_envs.worlds import WorldSpec
 
 ITERATIONS = 10
@@ -47,6 +47,8 @@ BIAS = 0.5**60
 """Share of an overlap that remains after a second; half of it is gone in 1/60 s."""
 CLOSING = 0.0036
 """Two robots may close by at most this many metres in a substep; see :func:`substeps_for`."""
+LATTICE = 100
+"""A substep begins and ends on this lattice of a tick; one in which robots first touch ends on the next point after the touch."""
 SUBSTEPS = (1, 2, 4, 5, 10, 20)
 """Allowed substeps: divisors of the drive's own lattice of pieces."""
 GRAVITY = 9.81
@@ -168,19 +170,28 @@ def advance(world: WorldArrays, state: StateArrays, spaces: SpaceArrays, w: int,
     """Move the robots and objects of world ``w`` through one tick with contact; ``wish`` (R, 3) is scratch memory."""
     handles = spaces.handles[w]
     counters = spaces.counters[w]
-    substeps = spaces.substeps if world.objects.shape[0] > 0 or anything_near(world, state.poses[w], 2.0 * world.reach) else 1
-    duration = world.tick / substeps
-    for k in range(substeps):
-        drive(world, state, w, k / substeps, (k + 1) / substeps, wish)
+    near = world.objects.shape[0] > 0 or anything_near(world, state.poses[w], 2.0 * world.reach)
+    longest = LATTICE // spaces.substeps if near else LATTICE
+    at = 0
+    while at < LATTICE:
+        until = min(LATTICE, at + longest)
+        if near and wish.shape[0] <= LARGE:
+            touch = time_to_touch(world, state.poses[w], state.held[w] if world.ideal_drive else state.motion[w])
+            if touch * LATTICE < (until - at) * world.tick:
+                until = at + int(touch / world.tick * LATTICE) + 1
+        duration = (until - at) * world.tick / LATTICE
+        drive(world, state, w, at / LATTICE, until / LATTICE, wish)
         write_wishes(world, state, w, wish, spaces.set_values[w], duration)
         counters[4] = 0
         call_with_pointers(handles[EACH_BODY], handles[SPACE], handles[SET_BATCH], handles[SET_DATA])
-        call_with_double(handles[STEP], handles[SPACE], duration)
+        # wishes are velocities, so the impulses that Chipmunk remembers hold whatever a substep's length: it is told always the same
+        call_with_double(handles[STEP], handles[SPACE], world.tick / spaces.substeps)
         for b in range(BODIES, handles.shape[0]):
             call_with_double(handles[MOVE_BODY], handles[b], duration)
         counters[0] = 0
         call_with_pointers(handles[EACH_BODY], handles[SPACE], handles[GET_BATCH], handles[GET_DATA])
         read_bodies(state, w, spaces.get_values[w])
+        at = until
 
 
 @compiled()

@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from swarm_envs.compiled import compiled
 from swarm_envs.simulation import chipmunk, disc
-from swarm_envs.simulation.actuation import drive, give_commands
+from swarm_envs.simulation.actuation import give_commands
 from swarm_envs.simulation.chipmunk import SpaceArrays
 from swarm_envs.simulation.parameters import FloatArray, WorldArrays
 from swarm_envs.simulation.sensing import sense
@@ -44,7 +44,6 @@ def advance_world(
     if not world.ideal_drive:
         stall_wheels(world, state, w)
     if use_disc:
-        drive(world, state, w, 0.0, 1.0, wish)
         disc.advance(world, state, w, wish, contacts)
     else:
         chipmunk.advance(world, state, spaces, w, wish)

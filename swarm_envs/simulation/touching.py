@@ -15,7 +15,7 @@ from swarm_envs.simulation.state import StateArrays
 TOUCH = 1e-3
 """A gap in m below which two surfaces count as touching."""
 TOUCHES_ROBOT, TOUCHES_WALL = 1, 2
-LARGE = 64
+LARGE = 40
 """Swarms above this are taken to have something near at all times."""
 
 
@@ -56,6 +56,38 @@ def wall_within(world: WorldArrays, poses: FloatArray, i: int, e: int, margin: f
     along = px * ux + py * uy
     over = along - min(max(along, 0.0), walls[e, p.LENGTH])
     return bool(across * across + over * over < near * near)
+
+
+@compiled()
+def time_to_touch(world: WorldArrays, poses: FloatArray, speeds: FloatArray) -> float:
+    """Return the time in s until two robots, or a robot and a wall, that are apart touch; infinite if none do.
+
+    Args:
+        world: Parameters.
+        poses: (R, 3).
+        speeds: (R, 2) v in m/s and omega in rad/s; robots are taken to drive straight on.
+    """
+    count = poses.shape[0]
+    velocity = np.empty((count, 2))
+    for i in range(count):
+        velocity[i, 0], velocity[i, 1] = speeds[i, 0] * math.cos(poses[i, 2]), speeds[i, 0] * math.sin(poses[i, 2])
+    soonest = math.inf
+    for i in range(count):
+        for j in range(i):
+            dx, dy = poses[j, 0] - poses[i, 0], poses[j, 1] - poses[i, 1]
+            vx, vy = velocity[j, 0] - velocity[i, 0], velocity[j, 1] - velocity[i, 1]
+            touch = world.robots[i, p.RADIUS] + world.robots[j, p.RADIUS]
+            outside, approach, squared = dx * dx + dy * dy - touch * touch, dx * vx + dy * vy, vx * vx + vy * vy
+            inside = approach * approach - squared * outside
+            if outside > 0.0 and approach < 0.0 and inside > 0.0:
+                soonest = min(soonest, (-approach - math.sqrt(inside)) / squared)
+        for e in range(world.walls.shape[0]):
+            ux, uy = world.walls[e, p.ALONG_X], world.walls[e, p.ALONG_Y]
+            px, py = poses[i, 0] - world.walls[e, p.START_X], poses[i, 1] - world.walls[e, p.START_Y]
+            gap, opening = ux * py - uy * px - world.robots[i, p.RADIUS], ux * velocity[i, 1] - uy * velocity[i, 0]
+            if gap > 0.0 and opening < 0.0:
+                soonest = min(soonest, -gap / opening)
+    return soonest
 
 
 @compiled()

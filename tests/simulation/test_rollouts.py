@@ -148,8 +148,8 @@ def test_a_damaged_file_is_refused_in_one_line(tmp_path: Path, content: bytes) -
     [
         ({"controllers": np.zeros((2, 3))}, r"shape is \(2, 3\), expected"),
         ({"controllers": np.zeros((2, 5, 4))}, r"expected \(worlds, 4\) or \(worlds, 8, 4\)"),
-        ({"controllers": [[0.2, 0, 0, 0]]}, "v of 0.2 m/s given, expected at most 'hero_plus's limit of 0.09 m/s"),
-        ({"controllers": [[0, 0, 0, -2]]}, "omega of 2 rad/s given"),
+        ({"controllers": [[0.2, 0, 0, 0]]}, "v of 0.2 m/s is outside the limits of 'hero_plus', expected at most 0.09 m/s"),
+        ({"controllers": [[0, 0, 0, -2]]}, "omega of 2 rad/s is outside the limits"),
         ({"controllers": [[np.nan, 0, 0, 0]]}, "not finite"),
         ({"engine": "bullet"}, "engine is 'bullet', expected one of chipmunk, disc"),
         ({"world": "heroplus"}, "did you mean 'hero_plus'"),
