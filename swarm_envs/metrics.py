@@ -111,13 +111,13 @@ def collisions(trajectories: Trajectories, steps: int = 100) -> Array:
 def coverage(trajectories: Trajectories, steps: int | None = None) -> Array:
     """Share of the arena that some robot's contact disc swept, from 0 to 1; over the whole run unless ``steps`` are given.
 
-    Measured on a square lattice of points as far apart as half the smallest contact radius, obstacles and the outside left out; a point is
-    swept when it lies in a contact disc in some recorded frame.
+    Measured on a lattice of floor points as far apart as a quarter of the smallest contact radius; a point is swept when it lies in a
+    contact disc in some recorded frame.
     """
     world = trajectories.world
     poses = trajectories.poses if steps is None else _window(trajectories, steps)
     radii = contact_radii(world)
-    lattice = _Lattice(world, max(radii.min() / 2, math.sqrt(world.size[0] * world.size[1] / 1e6)))
+    lattice = _Lattice(world, max(radii.min() / 4, math.sqrt(world.size[0] * world.size[1] / 1e6)))
     return np.asarray(_swept(np.ascontiguousarray(poses), radii, lattice.on_floor, lattice.frame))
 
 
