@@ -162,9 +162,8 @@ def sensor_checks(h: Hardware, items: Sequence[Item]) -> list[Check]:
     segments = []
     for name, half in (("region of 4 x 4", h.sensor_cone), ("full view of 27 degrees", 13.5)):
         cone = sensor_cone(h, half, 120.0)
-        shared = {item.name: shared_volume(cone, item.solid) for item in items if item.name != "ToF sensor"}
-        worst = max(shared, key=lambda key: shared[key])
-        segments.append(Check(f"sensor: the {name} sees nothing of its own robot", shared[worst] <= TOUCH, f"most: {worst}, {shared[worst]:.3f} mm³"))
+        worst, volume = most_in_the_way(cone, [item for item in items if item.name != "ToF sensor"])
+        segments.append(Check(f"sensor: the {name} sees nothing of its own robot", volume <= TOUCH, f"most: {worst}, {volume:.3f} mm³"))
     return [
         Check("sensor: above the wall", h.sensor_height > h.wall_height, f"{h.sensor_height:g} mm over a wall of {h.wall_height:g} mm"),
         Check(
@@ -203,7 +202,11 @@ def stance_checks(h: Hardware, items: Sequence[Item]) -> list[Check]:
         _same("stance: the front skid hangs above it", lowest["front skid"], h.front_skid_lift),
         Check("stance: nothing reaches below the floor", min(lowest.values()) > -0.01, f"lowest {min(lowest.values()):.3f} mm"),
         Check("stance: everything but wheels and skids keeps 2.5 mm from the floor", clearance >= 2.5, f"{clearance:.2f} mm"),
-        Check("stance: the encoder discs keep 1.5 mm from the floor", h.axle_height - h.disc_radius >= 1.5, f"{h.axle_height - h.disc_radius:.2f} mm"),
+        Check(
+            "stance: the encoder discs keep 1.5 mm from the floor",
+            h.axle_height - h.disc_radius >= 1.5,
+            f"{h.axle_height - h.disc_radius:.2f} mm",
+        ),
         Check(
             "stance: the centre of mass lies behind the axle, over the triangle of wheels and rear skid",
             centre[0] < 0 and margin >= 1.0,
@@ -240,10 +243,20 @@ def close_pairs(items: Sequence[Item], margin: float = 0.0) -> Iterator[tuple[It
     """Pairs whose bounding boxes come within ``margin`` mm of each other."""
     boxes = {item.name: item.solid.bounding_box() for item in items}
     for a, b in itertools.combinations(items, 2):
-        p, q = boxes[a.name], boxes[b.name]
-        apart = max(max(getattr(p.min, x) - getattr(q.max, x), getattr(q.min, x) - getattr(p.max, x)) for x in "XYZ")
-        if apart < margin:
+        if gap(boxes[a.name], boxes[b.name]) < margin:
             yield a, b
+
+
+def gap(p: Any, q: Any) -> float:
+    """Distance between two bounding boxes along their most separate axis; negative where they overlap."""
+    return float(max(max(getattr(p.min, x) - getattr(q.max, x), getattr(q.min, x) - getattr(p.max, x)) for x in "XYZ"))
+
+
+def most_in_the_way(body: Any, items: Sequence[Item]) -> tuple[str, float]:
+    """Return the item that shares the largest volume with a body, and that volume in mm³."""
+    box = body.bounding_box()
+    shared = {item.name: shared_volume(body, item.solid) for item in items if gap(box, item.solid.bounding_box()) < 0}
+    return max(shared.items(), key=lambda entry: entry[1], default=("nothing", 0.0))
 
 
 def shared_volume(a: Any, b: Any) -> float:
@@ -252,6 +265,22 @@ def shared_volume(a: Any, b: Any) -> float:
     if common is None:
         return 0.0
     return float(sum(solid.volume for solid in common.solids()))
+
+
+def plug_checks(h: Hardware, items: Sequence[Item]) -> list[Check]:
+    """Do the charging plug and the NodeMCU's USB plug reach their sockets with the robot closed?"""
+    from hardware.cad.power_tray import CHARGER_REAR
+    from hardware.cad.shapes import block
+
+    z = h.pillar_top + h.tray_thickness + 2.9
+    charging = block((-70.0, CHARGER_REAR - 1.0), (-6.5, 6.5), (z - 3.5, z + 3.5))
+    z = h.deck_top + 5.0 + h.boards.carrier[2] + h.boards.socket_height + h.boards.nodemcu[2] + 1.4
+    usb = block((h.nodemcu_x - 5.5, h.nodemcu_x + 5.5), (h.boards.nodemcu[0] / 2 + 0.8, 70.0), (z - 4.0, z + 4.0))
+    found = []
+    for name, plug in (("charging plug, 13 x 7 mm", charging), ("USB plug of the NodeMCU, 11 x 8 mm", usb)):
+        worst, volume = most_in_the_way(plug, items)
+        found.append(Check(f"access: {name}, reaches its socket", volume <= TOUCH, f"most in its way: {worst}, {volume:.3f} mm³"))
+    return found
 
 
 def clearance_checks(h: Hardware, items: Sequence[Item]) -> list[Check]:

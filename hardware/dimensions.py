@@ -74,10 +74,10 @@ class Servo:
     flange_bottom: float = 15.9
     flange_height: float = 2.5
     hole_pitch: float = 27.8
-    play_length: float = 0.4
-    """Gap at each end: copies are up to 22.9 long."""
-    play_width: float = 0.3
-    """Gap above and below: copies are up to 12.4 wide."""
+    play_length: float = 0.6
+    """Gap at each end: copies are up to 23.2 long."""
+    play_width: float = 0.7
+    """Gap above: copies are up to 12.5 wide."""
 
 
 @dataclass(frozen=True)
@@ -211,9 +211,11 @@ class Hardware:
     bracket_travel: float = 1.0
     """The bracket slides so far either way along the axle."""
 
-    # Skids: M3 dome nuts (DIN 1587) under the battery tray.
+    # Skids under the ends of the battery tray, screwed from below so that the cell comes out without taking the robot apart.
     skid_x: float = 32.2
-    dome_height: float = 6.0
+    skid_diameter: float = 9.4
+    skid_head: float = 2.0
+    """Depth that hides the button head (ISO 7380, 1.65 high) of the skid's screw."""
     front_skid_lift: float = 0.8
     """The robot rests on wheels and rear skid; the front one stops a nod."""
 
@@ -279,7 +281,7 @@ class Hardware:
     @property
     def pillar_top(self) -> float:
         """Top of the servo pillars, on which the power tray lies."""
-        return self.axle_height + self.servo.width / 2 + 0.5
+        return self.axle_height + self.servo.width / 2 + self.servo.play_width
 
     @property
     def deck_bottom(self) -> float:
@@ -368,7 +370,9 @@ class Hardware:
                 if 40 <= leg <= BED - self.arena_foot - 15 and (best is None or length > best[0]):
                     best = (length, leg, along + more, along)
         if best is None:
-            raise ValueError(f"arena {long:g} x {short:g} mm: no equal segments of 40 to {BED - 30:g} mm close it; cut the walls from strip")
+            raise ValueError(
+                f"arena {long:g} x {short:g} mm: no equal segments of 40 to {BED - 30:g} mm close it; cut the walls from strip"
+            )
         return best
 
     @property

@@ -1,10 +1,10 @@
-"""Battery tray: a closed trough for the pouch cell under the body plate, with the two skids at its ends."""
+"""Battery tray: a closed trough for the pouch cell under the body plate, and the skids that its ends stand on."""
 
 from __future__ import annotations
 
-from build123d import Part
+from build123d import Axis, Part
 
-from hardware.cad.shapes import block, cut, hexagon, joined, rod, rounded
+from hardware.cad.shapes import block, cut, joined, rod, rounded
 from hardware.dimensions import Hardware
 
 COLUMN = 9.0
@@ -18,9 +18,22 @@ def battery_tray(h: Hardware) -> Part:
     return cut(_stock(h), _holes(h))
 
 
-def nut_seat(h: Hardware, front: bool) -> float:
-    """Height of the dome nut's flat face: the rear nut touches the floor, the front one hangs ``front_skid_lift`` above it."""
-    return h.dome_height + (h.front_skid_lift if front else 0.0)
+def rear_skid(h: Hardware) -> Part:
+    """Return the skid that the robot slides on; it prints rim upwards."""
+    return _skid(h, -h.skid_x, 0.0)
+
+
+def front_skid(h: Hardware) -> Part:
+    """Return the shorter skid that stops a nod."""
+    return _skid(h, h.skid_x, h.front_skid_lift)
+
+
+def _skid(h: Hardware, x: float, bottom: float) -> Part:
+    """A foot with a rounded rim; its screw's head hides inside."""
+    foot = rod(x, 0, (bottom, h.tray_floor), h.skid_diameter)
+    foot = foot.fillet(1.0, foot.edges().group_by(Axis.Z)[0])
+    head = rod(x, 0, (bottom - 1, bottom + h.skid_head), h.screws.m3_head)
+    return cut(foot, [head, rod(x, 0, (bottom - 1, h.tray_floor + 1), h.screws.m3)])
 
 
 def _stock(h: Hardware) -> Part:
@@ -39,9 +52,7 @@ def _stock(h: Hardware) -> Part:
 def _holes(h: Hardware) -> list[Part]:
     holes = []
     for side in (1, -1):
-        x = side * h.skid_x
-        holes.append(rod(x, 0, (0, h.plate_bottom + 1), h.screws.m3))
-        holes.append(hexagon(x, 0, (0, nut_seat(h, side > 0)), h.screws.m3_nut))
+        holes.append(rod(side * h.skid_x, 0, (0, h.plate_bottom + 1), h.screws.m3))
     # two slots for a strap of foam or a cable tie, and a window that shows whether the cell swells
     holes += [block((-13, -10), (-60, 60), (h.plate_bottom - 2.5, h.plate_bottom + 1))]
     holes += [block((10, 13), (-60, 60), (h.plate_bottom - 2.5, h.plate_bottom + 1))]

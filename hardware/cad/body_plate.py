@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from build123d import Part
 
-from hardware.cad.shapes import block, cut, four, joined, rod, rod_y
+from hardware.cad.shapes import block, cut, four, hexagon, joined, rod, rod_y
 from hardware.dimensions import Hardware
 
 WIRE_SLOT = ((-23.5, -18.5), (-7.0, 7.0))
 """Opening for the cell's leads, x and y bounds."""
+SKID_NUT = 1.0
+"""Depth of the pockets that keep the skids' nuts from turning."""
 
 
 def body_plate(h: Hardware) -> Part:
@@ -96,7 +98,7 @@ def _holes(h: Hardware) -> list[Part]:
         holes.append(rod(x, y, (h.plate_bottom - 1, h.plate_bottom + h.screws.m3_head_height), h.screws.m3_head))
     for x in (-h.skid_x, h.skid_x):
         holes.append(rod(x, 0, through, h.screws.m3))
-        holes.append(rod(x, 0, (h.plate_top - 1, h.plate_top + 1), h.screws.m3_head + 0.4))
+        holes.append(hexagon(x, 0, (h.plate_top - SKID_NUT, h.plate_top + 1), h.screws.m3_nut))
     low, high = pillar_y(h)
     for x in servo_screws(h):
         holes += [rod_y(x, h.axle_height, sorted_range(side * (low - 1), side * (high + 1)), h.screws.m2_pilot) for side in (1, -1)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from build123d import Part, Pos, Rot, Sphere
+from build123d import Part, Pos, Rot
 
 from hardware.cad.body_plate import flange_span, servo_screws, servo_span
 from hardware.cad.encoder_bracket import ear_holes
@@ -92,14 +92,6 @@ def standoff(h: Hardware, x: float, y: float) -> Part:
     """Return a hexagonal M3 standoff between body plate and deck."""
     z = (h.deck_bottom - h.standoff, h.deck_bottom)
     return cut(hexagon(x, y, z, 5.5), [rod(x, y, (z[0] - 1, z[1] + 1), 3.0)])
-
-
-def dome_nut(h: Hardware, x: float, seat: float) -> Part:
-    """Return a skid: an M3 dome nut whose flat face is at ``seat``, dome downwards."""
-    bottom = seat - h.dome_height
-    dome = joined(Pos(x, 0, bottom + 2.6) * Sphere(2.6), [rod(x, 0, (bottom + 2.6, seat), 5.2)])
-    nut = joined(dome, [hexagon(x, 0, (seat - 2.4, seat), 5.5)])
-    return cut(nut, [rod(x, 0, (bottom + 1.5, seat + 1), 3.0)])
 
 
 def carrier(h: Hardware) -> Part:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from build123d import Part, Pos, Rot
 
 from hardware.cad.arena import wall_corner, wall_segment
-from hardware.cad.battery_tray import battery_tray
+from hardware.cad.battery_tray import battery_tray, front_skid, rear_skid
 from hardware.cad.body_plate import body_plate
 from hardware.cad.bump_shield import bump_shield
 from hardware.cad.deck import deck
@@ -52,6 +52,8 @@ def printed_parts(h: Hardware) -> list[Printed]:
     return [
         Printed("body_plate", body_plate, per_robot=1),
         Printed("battery_tray", battery_tray, per_robot=1),
+        Printed("rear_skid", rear_skid, (180.0, 0.0, 0.0), per_robot=1),
+        Printed("front_skid", front_skid, (180.0, 0.0, 0.0), per_robot=1),
         Printed("power_tray", power_tray, per_robot=1),
         Printed("deck", deck, per_robot=1),
         Printed("wheel", wheel, (90.0, 0.0, 0.0), per_robot=2),

@@ -65,7 +65,9 @@ def _foot(h: Hardware, angle: float) -> Part:
     """A foot outside the shell; its upper side slopes at 45 degrees, which prints upside down."""
     reach = h.hat_lug_radius
     stem = joined(block((h.hat_radius - 1, reach), (-LUG / 2, LUG / 2), (0, 30)), [rod(reach, 0, (0, 30), LUG)])
-    slope = prism_y([(0, 0), (reach + LUG, 0), (reach + LUG, FOOT), (h.hat_radius - 1, FOOT + reach + LUG - h.hat_radius + 1), (0, 30)], (-9, 9))
+    slope = prism_y(
+        [(0, 0), (reach + LUG, 0), (reach + LUG, FOOT), (h.hat_radius - 1, FOOT + reach + LUG - h.hat_radius + 1), (0, 30)], (-9, 9)
+    )
     inside = rod(0, 0, (-1, 40), 2 * (h.hat_radius - 0.5))
     return Rot(0, 0, angle) * Pos(0, 0, h.deck_top) * cut(stem & slope, [inside])
 

@@ -6,7 +6,7 @@ import math
 
 from build123d import Part, Pos, Rot
 
-from hardware.cad.shapes import block, cut, joined, prism, rod, rod_y, torus_y
+from hardware.cad.shapes import block, cut, joined, prism, rod_y, torus_y
 from hardware.dimensions import Hardware
 
 DISC_SCREW_RADIUS = 5.2
@@ -55,9 +55,7 @@ def _upright(h: Hardware) -> Pos:
 
 def _lightening(h: Hardware) -> list[Part]:
     angles = [math.radians(a) for a in (50, 90, 130, 230, 270, 310)]
-    return [
-        rod_y(14.2 * math.cos(a), h.axle_height + 14.2 * math.sin(a), (h.wheel_inner - 1, h.wheel_outer + 1), 7.5) for a in angles
-    ]
+    return [rod_y(14.2 * math.cos(a), h.axle_height + 14.2 * math.sin(a), (h.wheel_inner - 1, h.wheel_outer + 1), 7.5) for a in angles]
 
 
 def _disc_pilots(h: Hardware) -> list[Part]:
