@@ -106,7 +106,7 @@ def test_an_arena_away_from_the_origin_changes_nothing() -> None:
     outline = tuple((x + 5, y - 3) for x, y in HERO.arena.outline)
     world = HERO.replace(arena=dataclasses.replace(HERO.arena, outline=outline))
     for name, ideal in IDEAL.items():
-        assert behaviours.label(runs(ideal() + [5, -3], world)) == [name]
+        assert behaviours.label(runs(ideal() + np.array([5, -3]), world)) == [name]
 
 
 def test_what_happened_before_the_last_part_does_not_count() -> None:
@@ -176,7 +176,7 @@ def test_most_random_controllers_keep_their_label_when_the_seed_changes() -> Non
 
 
 def test_too_few_frames_are_refused_with_the_reason() -> None:
-    with pytest.raises(ValueError, match="2 frame.*at least 3"):
+    with pytest.raises(ValueError, match=r"2 frame.*at least 3"):
         behaviours.label(runs(grid()[:2]))
 
 

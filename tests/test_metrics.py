@@ -90,7 +90,7 @@ def test_a_run_shorter_than_the_window_is_measured_over_all_its_steps() -> None:
 
 
 def test_a_single_frame_is_refused_with_what_to_do() -> None:
-    with pytest.raises(ValueError, match="1 frame.*at least 2"):
+    with pytest.raises(ValueError, match=r"1 frame.*at least 2"):
         metrics.hand_crafted(ring(0.3, 0.3, frames=1))
 
 

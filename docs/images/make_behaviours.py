@@ -66,7 +66,7 @@ def _strip(run: Trajectories, worlds: np.ndarray, captions: list[str], name: str
         poses = run.poses[world]
         strip.paste(Image.fromarray(renderer(poses[-1], trail=poses[-TRAIL:])), (column * width, top))
         ImageDraw.Draw(strip).text((column * width, 0), captions[column], fill="black")
-    strip.quantize(200, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(FOLDER / name, optimize=True)
+    strip.quantize(256, dither=Image.Dither.NONE).save(FOLDER / name, optimize=True)
 
 
 def _slug(label: str) -> str:
