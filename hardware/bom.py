@@ -68,9 +68,8 @@ def main() -> int:
     """Print the bill and its totals."""
     lines = load_bom()
     for line in lines:
-        print(
-            f"{line.quantity:4d} x {line.part:18s} {line.quantity * line.unit_price:7.2f} {line.quantity * line.unit_price_b:7.2f}  {line.specification}"
-        )
+        costs = f"{line.quantity * line.unit_price:7.2f} {line.quantity * line.unit_price_b:7.2f}"
+        print(f"{line.quantity:4d} x {line.part:18s} {costs}  {line.specification}")
     low, high = totals(lines)
     print(f"total {low:.2f} USD (marketplace), {high:.2f} USD (distributors); the paper says about {PAPER_COST} USD")
     return 0

@@ -1,7 +1,7 @@
 """``python -m hardware.export``: build every part, check the design, write STEP, STL and pictures.
 
-Writes below ``build/hardware`` (or ``--out``): ``step/``, ``stl/``, ``png/``, ``checks.md``, ``interference.csv``, ``print_list.csv``. Ends with
-status 1 if a check fails. ``--docs`` also renews the pictures in ``hardware/docs/images``.
+Writes below ``build/hardware`` (or ``--out``): ``step/``, ``stl/``, ``png/``, ``checks.md``, ``interference.csv``, ``print_list.csv``.
+Ends with status 1 if a check fails. ``--docs`` also renews the pictures in ``hardware/docs/images``.
 """
 
 from __future__ import annotations

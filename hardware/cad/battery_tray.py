@@ -50,10 +50,7 @@ def _stock(h: Hardware) -> Part:
 
 
 def _holes(h: Hardware) -> list[Part]:
-    holes = []
-    for side in (1, -1):
-        holes.append(rod(side * h.skid_x, 0, (0, h.plate_bottom + 1), h.screws.m3))
-    # two slots for a strap of foam or a cable tie, and a window that shows whether the cell swells
-    holes += [block((-13, -10), (-60, 60), (h.plate_bottom - 2.5, h.plate_bottom + 1))]
-    holes += [block((10, 13), (-60, 60), (h.plate_bottom - 2.5, h.plate_bottom + 1))]
-    return holes
+    """The skids' screws, and two pairs of notches for the tie that holds the cell on its foam."""
+    notch = (h.plate_bottom - 2.5, h.plate_bottom + 1)
+    screws = [rod(side * h.skid_x, 0, (0, h.plate_bottom + 1), h.screws.m3) for side in (1, -1)]
+    return [*screws, block((-13, -10), (-60, 60), notch), block((10, 13), (-60, 60), notch)]

@@ -1,6 +1,7 @@
 """Encoder bracket: hangs the slotted switch over the disc, outside the wheel, and slides along the axle to centre its gap.
 
-The switch's inner ear hangs over the tire, where there is no room for a screw's head: a printed peg locates it, a screw holds the outer ear.
+The switch's inner ear hangs over the tire, where there is no room for a screw's head: a printed peg locates it, a screw holds the
+outer ear.
 """
 
 from __future__ import annotations

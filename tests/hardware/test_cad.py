@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import csv
+import subprocess
+import sys
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
+from PIL import Image
 
 pytest.importorskip("build123d", reason="CAD tests need the extra: pip install -e '.[hardware]'")
 pytest.importorskip("trimesh", reason="CAD tests need the extra: pip install -e '.[hardware]'")
@@ -16,9 +18,13 @@ pytest.importorskip("trimesh", reason="CAD tests need the extra: pip install -e 
 from hardware import checks
 from hardware.bom import load_bom
 from hardware.cad.assembly import PRINTED, Item, robot
+from hardware.cad.bump_shield import bump_shield
+from hardware.cad.wheel import wheel
 from hardware.dimensions import Hardware, hardware
 from hardware.export import export
 from swarm_envs.worlds import load_world
+
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture(scope="module")
@@ -56,21 +62,36 @@ def test_step_and_stl_of_every_part_are_written(exported: tuple[list[checks.Chec
     assert (out / "step" / "hero_plus.step").read_text(encoding="utf-8", errors="replace").startswith("ISO-10303-21")
 
 
-def _by_name(items: list[Item], name: str) -> Any:
+def _by_name(items: list[Item], name: str) -> Item:
     return next(item for item in items if item.name == name)
 
 
-def test_the_interference_check_sees_a_wheel_that_is_too_wide(h: Hardware) -> None:
-    wide = replace(h, wheel_width=h.wheel_width + 3.0)
-    moved = [_by_name(robot(h), "body plate"), _by_name(robot(wide), "wheel left")]
-    switch = _by_name(robot(h), "optical switch left")
-    assert any(not pair.passed for pair in checks.interference([*moved, switch]))
+def test_the_interference_check_sees_a_wheel_that_is_too_wide(h: Hardware, items: list[Item]) -> None:
+    switch, wide = _by_name(items, "optical switch left"), replace(h, wheel_width=h.wheel_width + 3.0)
+    fat = replace(_by_name(items, "wheel left"), solid=wheel(wide))
+    assert any(not pair.passed for pair in checks.interference([fat, switch]))
 
 
-def test_the_agreement_check_sees_a_larger_shield(h: Hardware) -> None:
+def test_the_agreement_check_sees_a_larger_shield(h: Hardware, items: list[Item]) -> None:
     larger = replace(h, shield_radius=61.0)
-    failed = {check.claim for check in checks.agreement_checks(larger, load_world("hero_plus"), robot(larger)) if not check.passed}
+    swapped = [replace(item, solid=bump_shield(larger)) if item.name == "bump shield" else item for item in items]
+    failed = {check.claim for check in checks.agreement_checks(larger, load_world("hero_plus"), swapped) if not check.passed}
     assert any(claim.startswith("shield: lies inside") for claim in failed)
+
+
+def test_a_picture_is_drawn_without_a_display(tmp_path: Path) -> None:
+    pytest.importorskip("vtk", reason="pictures need the extra: pip install -e '.[hardware]'")
+    program = (
+        "from build123d import Box; from pathlib import Path; from hardware.render import Body, draw; "
+        f"draw([Body(Box(10, 10, 10), (1, 0, 0))], Path({str(tmp_path / 'box.png')!r}), size=(80, 60))"
+    )
+    run = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, timeout=50)
+    if run.returncode < 0 or "no working EGL or OSMesa" in run.stderr:
+        pytest.skip("this machine has no off-screen OpenGL (Debian: libegl1 libgl1-mesa-dri)")
+    assert run.returncode == 0, run.stderr
+    with Image.open(tmp_path / "box.png") as picture:
+        assert picture.size == (80, 60)
+        assert len(picture.convert("RGB").getcolors() or []) > 3
 
 
 def test_the_stance_check_sees_a_robot_without_ballast(h: Hardware, items: list[Item]) -> None:
