@@ -159,20 +159,32 @@ static bool self_test(const struct hero_robot *robot) {
   return robot->detection.heard && robot->battery.millivolts >= HERO_BATTERY_CUTOFF_MV;
 }
 
+/* What the server should hear of without waiting for the next report. */
+static bool changed(const struct hero_robot *robot, uint8_t state, struct hero_unicycle command) {
+  return robot->supervisor.state != state || robot->command.v != command.v || robot->command.omega != command.omega;
+}
+
+/* A start begins a control period of its own: robots that start together keep step. */
+static bool starts(const struct hero_robot *robot, uint8_t before) {
+  return robot->supervisor.state == HERO_STATE_RUN && before != HERO_STATE_RUN;
+}
+
 void hero_robot_poll(struct hero_robot *robot, uint64_t now_us) {
-  uint8_t before = robot->supervisor.state;
+  uint8_t state = robot->supervisor.state;
+  struct hero_unicycle command = robot->command;
   listen(robot, now_us);
   sense(robot, now_us);
   bool due = now_us >= robot->control_us;
   if (due) check_health(robot, now_us);
   hero_supervisor_tick(&robot->supervisor, robot->faults, self_test(robot), now_us);
-  if (due) {
+  if (due || starts(robot, state)) {
     control(robot, now_us);
     show(robot, now_us);
+    if (starts(robot, state)) robot->control_us = now_us;
     robot->control_us += HERO_CONTROL_PERIOD_US;
     if (robot->control_us <= now_us) robot->control_us = now_us + HERO_CONTROL_PERIOD_US; /* late: no burst to catch up */
   } else if (!hero_supervisor_may_move(&robot->supervisor, now_us)) {
     release_servos(robot);
   }
-  if (now_us >= robot->status_us || robot->supervisor.state != before) hero_report_status(robot, now_us);
+  if (now_us >= robot->status_us || changed(robot, state, command)) hero_report_status(robot, now_us);
 }

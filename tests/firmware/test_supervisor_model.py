@@ -66,7 +66,9 @@ class Supervisor(RuleBasedStateMachine):
         holding, running = self.state == State.HOLD, self.state == State.RUN
         if kind == FrameType.ESTOP:
             self.state, self.start, self.lease = State.ESTOP, None, 0
-        elif (kind == FrameType.STOP and (holding or running)) or (kind == FrameType.REARM and self.state in (State.ESTOP, State.FAULT) and not self.board.view().faults):
+        elif (kind == FrameType.STOP and (holding or running)) or (
+            kind == FrameType.REARM and self.state in (State.ESTOP, State.FAULT) and not self.board.view().faults
+        ):
             self.state, self.start = State.HOLD, None
         elif kind == FrameType.HEARTBEAT and (holding or running) and number > now:
             self.lease = min(number, now + LEASE_MAX)
