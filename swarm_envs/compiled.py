@@ -71,7 +71,7 @@ def announce_compilation() -> None:
     """Say in one line, once per state of the sources, that the first use compiles."""
     marker = cache_folder() / "announced"
     if not marker.exists():
-        print("swarm_envs: compiling the simulation; this takes about 20 s, once", file=sys.stderr, flush=True)
+        print("swarm_envs: compiling the simulation on first use; about 20 s, once", file=sys.stderr, flush=True)
         marker.touch()
 
 

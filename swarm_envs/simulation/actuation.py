@@ -19,7 +19,7 @@ from swarm_envs.simulation.randomness import STREAM_COMMAND_LOSS, STREAM_START_K
 from swarm_envs.simulation.state import StateArrays
 
 
-@compiled()
+@compiled(forceinline=True)
 def give_commands(world: WorldArrays, state: StateArrays, w: int, commands: FloatArray) -> None:
     """Hand each robot of world ``w`` its command for this tick.
 
@@ -42,7 +42,7 @@ def give_commands(world: WorldArrays, state: StateArrays, w: int, commands: Floa
             state.history[w, i, slot, 1] = held[i, 1]
 
 
-@compiled()
+@compiled(forceinline=True)
 def drive(world: WorldArrays, state: StateArrays, w: int, begin: float, end: float, wish: FloatArray) -> None:
     """Write the velocity with which each robot would cover [begin, end] of this tick without contact.
 

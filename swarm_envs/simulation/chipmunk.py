@@ -165,7 +165,7 @@ def _add_walls(space: pymunk.Space, world: WorldSpec) -> None:
         space.add(segment)
 
 
-@compiled()
+@compiled(forceinline=True)
 def advance(world: WorldArrays, state: StateArrays, spaces: SpaceArrays, w: int, wish: FloatArray) -> None:
     """Move the robots and objects of world ``w`` through one tick with contact; ``wish`` (R, 3) is scratch memory."""
     handles = spaces.handles[w]
@@ -194,7 +194,7 @@ def advance(world: WorldArrays, state: StateArrays, spaces: SpaceArrays, w: int,
         at = until
 
 
-@compiled()
+@compiled(forceinline=True)
 def write_wishes(world: WorldArrays, state: StateArrays, w: int, wish: FloatArray, values: FloatArray, duration: float) -> None:
     """Lay out the velocities that the solver starts from: robots' wishes, and objects slowed by the floor."""
     robots = wish.shape[0]
@@ -215,7 +215,7 @@ def write_wishes(world: WorldArrays, state: StateArrays, w: int, wish: FloatArra
         values[at + 2] = moved[5] * (max(0.0, rim - slowing) / rim if rim > 0.0 else 0.0)
 
 
-@compiled()
+@compiled(forceinline=True)
 def read_bodies(state: StateArrays, w: int, values: FloatArray) -> None:
     """Copy poses of robots and poses and velocities of objects out of the batch."""
     robots = state.poses.shape[1]

@@ -36,7 +36,7 @@ FIRST, SECOND, NORMAL_X, NORMAL_Y, GAP, FRICTION, RESTITUTION, PUSH, DRAG, TARGE
 WALL = -1.0
 
 
-@compiled()
+@compiled(forceinline=True)
 def advance(world: WorldArrays, state: StateArrays, w: int, wish: FloatArray, contacts: FloatArray) -> None:
     """Move the robots of world ``w`` through one tick with contact, in two parts where some first touch within it.
 
@@ -62,7 +62,7 @@ def advance(world: WorldArrays, state: StateArrays, w: int, wish: FloatArray, co
         at = until
 
 
-@compiled()
+@compiled(forceinline=True)
 def move(world: WorldArrays, poses: FloatArray, duration: float, wish: FloatArray, contacts: FloatArray, count: int) -> None:
     """Move robots (R, 3) for ``duration`` s with the velocities nearest to ``wish`` (R, 3) that the contacts allow."""
     if count > 0:
@@ -76,7 +76,7 @@ def move(world: WorldArrays, poses: FloatArray, duration: float, wish: FloatArra
             poses[i, k] += wish[i, k] * duration
 
 
-@compiled()
+@compiled(forceinline=True)
 def to_middle(
     world: WorldArrays, poses: FloatArray, duration: float, free: FloatArray, solved: FloatArray, contacts: FloatArray, count: int
 ) -> None:
@@ -110,7 +110,7 @@ def to_middle(
             contacts[k, GAP] = (dx * mx + dy * my) / length - world.robots[i, p.RADIUS] - world.robots[j, p.RADIUS]
 
 
-@compiled()
+@compiled(forceinline=True)
 def find_contacts(world: WorldArrays, poses: FloatArray, contacts: FloatArray) -> int:
     """Write every contact that could close within a tick; return their number."""
     robots, walls = world.robots, world.walls
@@ -136,7 +136,7 @@ def find_contacts(world: WorldArrays, poses: FloatArray, contacts: FloatArray) -
     return found
 
 
-@compiled()
+@compiled(forceinline=True)
 def add_pair(world: WorldArrays, i: int, j: int, dx: float, dy: float, contacts: FloatArray, found: int) -> int:
     """Append the contact of robots ``i`` and ``j``, (dx, dy) from one to the other; return the number of contacts."""
     if found >= contacts.shape[0]:
@@ -152,7 +152,7 @@ def add_pair(world: WorldArrays, i: int, j: int, dx: float, dy: float, contacts:
     return found + 1
 
 
-@compiled()
+@compiled(forceinline=True)
 def add_wall(world: WorldArrays, i: int, e: int, px: float, py: float, distance: float, contacts: FloatArray, found: int) -> int:
     """Append the contact of robot ``i`` with wall ``e`` if it is near; return the number of contacts.
 
@@ -216,7 +216,7 @@ def add_cell(world: WorldArrays, poses: FloatArray, i: int, order: IntArray, beg
     return found
 
 
-@compiled()
+@compiled(forceinline=True)
 def solve(robots: FloatArray, duration: float, velocity: FloatArray, contacts: FloatArray, count: int) -> bool:
     """Change the velocities (R, 3) so that no contact closes more than its gap, with friction and restitution.
 

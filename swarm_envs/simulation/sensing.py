@@ -24,7 +24,7 @@ RAYS = 5
 """Rays over a target's width that occlusion tests; one free ray is enough to be seen."""
 
 
-@compiled()
+@compiled(forceinline=True)
 def sense(world: WorldArrays, state: StateArrays, w: int) -> None:
     """Update ``state.detections`` of world ``w`` from its poses at the start of the present tick."""
     if world.sensors.shape[0] >= GRID_FROM:
@@ -38,56 +38,52 @@ def sense(world: WorldArrays, state: StateArrays, w: int) -> None:
         read_sensors(world, state, w, i, nobody, world.sensors.shape[0])
 
 
-@compiled(fastmath={"contract", "nsz", "arcp"})
+@compiled(forceinline=True)
 def sense_ideally(world: WorldArrays, state: StateArrays, w: int) -> None:
     """Update detections where no effect acts; one pass over the pairs, leaving at the first robot seen."""
-    poses = state.poses[w]
-    count = poses.shape[0]
+    poses, robots, sensors, detections = state.poses, world.robots, world.sensors, state.detections
+    count = poses.shape[1]
     for i in range(count):
-        cos_heading = math.cos(poses[i, 2])
-        sin_heading = math.sin(poses[i, 2])
-        for s in range(int(world.robots[i, p.NUM_SENSORS])):
-            sensor = world.sensors[i, s]
-            ax = cos_heading * sensor[p.COS_BEARING] - sin_heading * sensor[p.SIN_BEARING]
-            ay = sin_heading * sensor[p.COS_BEARING] + cos_heading * sensor[p.SIN_BEARING]
+        x, y, heading = poses[w, i, 0], poses[w, i, 1], poses[w, i, 2]
+        cos_heading, sin_heading = math.cos(heading), math.sin(heading)
+        for s in range(int(robots[i, p.NUM_SENSORS])):
+            cos_bearing, sin_bearing = sensors[i, s, p.COS_BEARING], sensors[i, s, p.SIN_BEARING]
+            ax, ay = cos_heading * cos_bearing - sin_heading * sin_bearing, sin_heading * cos_bearing + cos_heading * sin_bearing
+            cos_half, sin_half = sensors[i, s, p.COS_HALF_ANGLE], sensors[i, s, p.SIN_HALF_ANGLE]
+            reach = sensors[i, s, p.SENSOR_RANGE]
             seen = 0
             for j in range(count):
-                if j == i:
-                    continue
-                dx = poses[j, 0] - poses[i, 0]
-                dy = poses[j, 1] - poses[i, 1]
-                along = ax * dx + ay * dy
-                across = abs(ax * dy - ay * dx)
-                if meets_sector(along, across, dx * dx + dy * dy, sensor, world.robots[j, p.VISIBLE_RADIUS]):
+                dx, dy = poses[w, j, 0] - x, poses[w, j, 1] - y
+                along, across = ax * dx + ay * dy, abs(ax * dy - ay * dx)
+                if j != i and meets_sector(along, across, cos_half, sin_half, reach, robots[j, p.VISIBLE_RADIUS]):
                     seen = 1
                     break
-            state.detections[w, i, s] = seen
+            detections[w, i, s] = seen
 
 
-@compiled(inline="always")
-def meets_sector(along: float, across: float, distance_squared: float, sensor: FloatArray, radius: float) -> bool:
+@compiled(forceinline=True)
+def meets_sector(along: float, across: float, cos_half: float, sin_half: float, reach: float, radius: float) -> bool:
     """Whether a disc meets a sensor's sector and has its centre in range.
 
     Args:
         along: Centre's coordinate along the sector's axis in m.
         across: Absolute value of its coordinate across the axis in m.
-        distance_squared: Of the centre from the sensor, in m^2.
-        sensor: The sensor's row of parameters.
+        cos_half: Cosine of the sector's half-angle.
+        sin_half: Sine of the sector's half-angle.
+        reach: Range in m.
         radius: Of the disc in m.
     """
-    if distance_squared > sensor[p.SENSOR_RANGE] * sensor[p.SENSOR_RANGE]:
+    # signed distance from the line of the edge ray, positive outside the sector: the disc is never nearer than that
+    outside = across * cos_half - along * sin_half
+    if outside > radius:
         return False
-    # signed distance from the sector's edge ray's line, positive outside
-    outside = across * sensor[p.COS_HALF_ANGLE] - along * sensor[p.SIN_HALF_ANGLE]
-    if sensor[p.HALF_ANGLE] <= 0.5 * math.pi:
-        if outside <= 0.0 and along >= 0.0:
-            return True
-    elif outside <= 0.0 or along >= 0.0:
+    squared = along * along + across * across
+    if squared > reach * reach:
+        return False
+    if along * cos_half + across * sin_half >= 0.0:
         return True
-    ahead = along * sensor[p.COS_HALF_ANGLE] + across * sensor[p.SIN_HALF_ANGLE]
-    if ahead >= 0.0:
-        return bool(outside <= radius)
-    return bool(distance_squared <= radius * radius)
+    # the centre lies behind the edge ray's start: inside a sector wider than a half-plane, else only the apex can be met
+    return bool((cos_half < 0.0 and outside <= 0.0) or squared <= radius * radius)
 
 
 @compiled()
@@ -107,6 +103,7 @@ def nearest_seen(world: WorldArrays, state: StateArrays, w: int, i: int, s: int,
     sensor = world.sensors[i, s]
     heading = poses[i, 2] + sensor[p.BEARING]
     ax, ay = math.cos(heading), math.sin(heading)
+    cos_half, sin_half, reach = sensor[p.COS_HALF_ANGLE], sensor[p.SIN_HALF_ANGLE], sensor[p.SENSOR_RANGE]
     nearest = NOTHING
     for k in range(count):
         j = candidates[k] if candidates.shape[0] > 0 else k
@@ -118,7 +115,7 @@ def nearest_seen(world: WorldArrays, state: StateArrays, w: int, i: int, s: int,
         radius = world.robots[j, p.VISIBLE_RADIUS]
         if (
             squared < nearest * nearest
-            and meets_sector(ax * dx + ay * dy, abs(ax * dy - ay * dx), squared, sensor, radius)
+            and meets_sector(ax * dx + ay * dy, abs(ax * dy - ay * dx), cos_half, sin_half, reach, radius)
             and (sensor[p.OCCLUSION] == 0.0 or in_sight(world, state, w, poses[i, 0], poses[i, 1], dx, dy, radius, ax, ay, sensor, -1))
         ):
             nearest = math.sqrt(squared)
@@ -130,7 +127,7 @@ def nearest_seen(world: WorldArrays, state: StateArrays, w: int, i: int, s: int,
             radius = object_visible_radius(world.objects[b])
             if (
                 squared < nearest * nearest
-                and meets_sector(ax * dx + ay * dy, abs(ax * dy - ay * dx), squared, sensor, radius)
+                and meets_sector(ax * dx + ay * dy, abs(ax * dy - ay * dx), cos_half, sin_half, reach, radius)
                 and (sensor[p.OCCLUSION] == 0.0 or in_sight(world, state, w, poses[i, 0], poses[i, 1], dx, dy, radius, ax, ay, sensor, b))
             ):
                 nearest = math.sqrt(squared)

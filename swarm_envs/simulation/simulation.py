@@ -9,6 +9,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from swarm_envs.compiled import announce_compilation
 from swarm_envs.simulation import disc
 from swarm_envs.simulation.chipmunk import Spaces
 from swarm_envs.simulation.parameters import FloatArray, compile_world
@@ -37,6 +38,7 @@ class Simulation:
     """
 
     def __init__(self, world: str | Path | WorldSpec, num_worlds: int = 1, engine: str = "chipmunk") -> None:
+        announce_compilation()
         self.world = load_world(world)
         self.engine = check_engine(self.world, engine)
         self.num_worlds = num_worlds

@@ -17,7 +17,7 @@ from swarm_envs.simulation.touching import stall_wheels
 ByteArray = npt.NDArray[np.uint8]
 
 
-@compiled()
+@compiled(forceinline=True)
 def advance_world(
     world: WorldArrays,
     state: StateArrays,
@@ -99,7 +99,7 @@ def run_worlds(
                 advance_world(world, state, spaces, use_disc, w, now, wish, contacts)
 
 
-@compiled()
+@compiled(forceinline=True)
 def control(detections: ByteArray, controllers: FloatArray, commands: FloatArray) -> None:
     """Write each robot's command (R, 2) for its readings (R, S): the if-else controller of the paper, one pair a pattern."""
     inputs = 1

@@ -19,7 +19,7 @@ LARGE = 40
 """Swarms above this are taken to have something near at all times."""
 
 
-@compiled()
+@compiled(forceinline=True)
 def anything_near(world: WorldArrays, poses: FloatArray, margin: float) -> bool:
     """Whether some pair of robots, or a robot and a wall, has a gap below ``margin`` m; taken to be so in a large swarm."""
     count = poses.shape[0]
@@ -58,7 +58,7 @@ def wall_within(world: WorldArrays, poses: FloatArray, i: int, e: int, margin: f
     return bool(across * across + over * over < near * near)
 
 
-@compiled()
+@compiled(forceinline=True)
 def time_to_touch(world: WorldArrays, poses: FloatArray, speeds: FloatArray) -> float:
     """Return the time in s until two robots, or a robot and a wall, that are apart touch; infinite if none do.
 
