@@ -96,12 +96,12 @@ def _robot(node: Any, where: str) -> RobotEntry:
     if not (1 <= node["number"] <= 65535 and 1 <= node["port"] <= 65535):
         raise FleetError(f"{where}: number {node['number']} and port {node['port']} must lie between 1 and 65535")
     try:
-        key = bytes.fromhex(node["key"])
+        secret = bytes.fromhex(node["key"])
     except ValueError:
-        key = b""
-    if len(key) != KEY_SIZE or len(set(key)) < 4:
+        secret = b""
+    if len(secret) != KEY_SIZE or len(set(secret)) < 4:
         raise FleetError(f"{where}.key: expected {2 * KEY_SIZE} hexadecimal digits of chance; write new ones with: ... deployment keys")
-    return RobotEntry(node["name"], node["number"], node["host"], node["port"], key)
+    return RobotEntry(node["name"], node["number"], node["host"], node["port"], secret)
 
 
 def write_new_fleet(path: Path, hosts: list[str], ports: list[int], page_port: int = 8080) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import enum
 import hashlib
 import hmac
+import math
 import struct
 from dataclasses import dataclass
 
@@ -185,8 +186,8 @@ def read_status(payload: bytes) -> Status | None:
     """The status in a payload, or None when it is not one."""
     if len(payload) != _STATUS.size:
         return None
-    (time_us, state, reason, faults, flags, last, result_of, result, battery, distance, version, v, omega, x, y, heading, left, right, lease,
-     refused) = _STATUS.unpack(payload)  # fmt: skip
+    time_us, state, reason, faults, flags, last, result_of, result, battery, distance, version, *motion = _STATUS.unpack(payload)
+    v, omega, x, y, heading, left, right, lease, refused = motion
     if state not in set(RobotState) or result not in set(Result) or reason >= len(REASONS):
         return None
     return Status(
@@ -208,7 +209,7 @@ def read_status(payload: bytes) -> Status | None:
         omega=omega / FIX_ONE,
         x=x / 2**24,
         y=y / 2**24,
-        theta=heading / 2**32 * 2 * 3.141592653589793,
+        theta=heading / 2**32 * math.tau,
         left=left / FIX_ONE,
         right=right / FIX_ONE,
         lease_us=lease,
