@@ -146,15 +146,12 @@ def hat_radius(solid: Any, h: Hardware) -> float:
 
 
 def encoder_edges(h: Hardware, solid: Any) -> int:
-    """Count the light's changes in one turn of a disc: points along the track, inside or outside the solid."""
-    from build123d import Vector
+    """Count the light's changes in one turn of the left disc: twice the teeth that a circle along the track runs through."""
+    from build123d import Edge, Plane
 
-    count = 40 * h.encoder_slots
-    angles = [2 * math.pi * (i + 0.5) / count for i in range(count)]
-    y = h.disc_y
-    points = [Vector(h.track_radius * math.cos(a), y, h.axle_height + h.track_radius * math.sin(a)) for a in angles]
-    opaque = [solid.is_inside(point) for point in points]
-    return sum(a != b for a, b in itertools.pairwise([*opaque, opaque[0]]))
+    # the circle starts in the middle of a slot, so that its seam splits no tooth
+    track = Edge.make_circle(h.track_radius, Plane(origin=(0, h.disc_y, h.axle_height), x_dir=(1, 0, 0), z_dir=(0, -1, 0)))
+    return 2 * len((track & solid).edges())
 
 
 def sensor_checks(h: Hardware, items: Sequence[Item]) -> list[Check]:
