@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import difflib
 import errno
 import os
+import re
 import signal
 import sys
 from collections.abc import Iterator
@@ -20,7 +22,7 @@ from omegaconf.errors import OmegaConfBaseException
 from discovery.controllers import check_controllers
 from discovery.errors import DiscoveryError
 from discovery.run_folder import RunFolder, make_folder, open_folder, refuse_finished
-from discovery.settings import Settings, read_settings
+from discovery.settings import Settings, read_settings, setting_names
 from swarm_envs.worlds import WorldError, load_world
 
 CONFIGS = Path(__file__).parent.parent / "configs"
@@ -125,12 +127,20 @@ def _refuse_unknown_options(words: list[str]) -> None:
 
 def _one_line(error: Exception) -> str:
     """Say hydra's and omegaconf's many-line errors in one."""
+    if unknown := re.match(r"Could not override '(?:\w+@)?([^']+)'", str(error)):
+        close = difflib.get_close_matches(unknown[1], setting_names(), 1)
+        hint = f"did you mean {close[0]!r}?" if close else "python -m discovery --help lists them"
+        return f"unknown setting {unknown[1]!r}; {hint}"
+    if missing := re.search(
+        r"Could not find '([^/']+)/([^']*)'\s+Available options in '[^']*':\s+(.*?)\s+Config search path", str(error), re.S
+    ):
+        return f"{missing[1]}: given {missing[2]!r}, expected {' or '.join(missing[3].split())}"
     lines = [" ".join(line.split()) for line in str(error).splitlines()]
     wanted = []
     for line in lines:
         if line.startswith(("Config search path", "full_key", "object_type", "Set the environment")):
             break
-        if line and not line.startswith("To append to your config"):
+        if line and not line.startswith(("To append to your config", "See http")):
             wanted.append(line)
     return "; ".join(wanted) + f"; settings and their choices are in {CONFIGS}, or see python -m discovery --help"
 

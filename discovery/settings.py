@@ -196,6 +196,15 @@ def flat(settings: Settings) -> dict[str, Any]:
     return walk(settings, "")
 
 
+def setting_names(part: Any = Settings, prefix: str = "") -> list[str]:
+    """Return the dotted key of every setting."""
+    names: list[str] = []
+    for field in dataclasses.fields(part):
+        default = field.default_factory() if field.default_factory is not dataclasses.MISSING else None
+        names += setting_names(default, f"{prefix}{field.name}.") if dataclasses.is_dataclass(default) else [prefix + field.name]
+    return names
+
+
 def to_yaml(settings: Settings) -> str:
     """Return the settings as YAML, without those that say only where."""
     plain = dataclasses.asdict(settings)

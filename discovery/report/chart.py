@@ -21,7 +21,7 @@ class Chart:
     summary: str
     """The chart in words, for those who do not see it."""
     width: int = 560
-    height: int = 260
+    height: int = 280
     left: int = 62
     right: int = 14
     top: int = 14

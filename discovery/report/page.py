@@ -104,7 +104,7 @@ def _loss_chart(fitted: Fitted) -> Any:
 def _novelty_chart(archive: Archive) -> Any:
     generations = np.unique(archive.generation)
     means = [float(archive.novelty[archive.generation == generation].mean()) for generation in generations]
-    return line_chart(generations.tolist(), means, "Novelty", "generation", "mean novelty (embedding distance)")
+    return line_chart(generations.tolist(), means, "Novelty", "generation", "mean novelty (distance)")
 
 
 def _command(folder: RunFolder, manifest: dict[str, Any]) -> str:
