@@ -18,7 +18,7 @@ def wall_segment(h: Hardware) -> Part:
     length = h.wall_plan[0]
     body = joined(_run(h, (0.0, length)), [_post(h, (0.0, 12.0)), _post(h, (length - 8.0, length)), *_ribs(h, length)])
     body = joined(body, [Pos(length, 0, 0) * _tongue(h, 0.0)])
-    return cut(body, [_tongue(h, h.print.slide), *_floor_holes(h, [length * 0.25, length * 0.75])])
+    return cut(body, [_tongue(h, h.print.slide), *_floor_holes(h, [length / 3, length * 2 / 3])])
 
 
 def wall_corner(h: Hardware) -> Part:
@@ -34,7 +34,7 @@ def wall_corner(h: Hardware) -> Part:
     foot = block((0.0, h.arena_foot), (-h.arena_foot, 0.0), (0, h.arena_foot_height))
     arena = block((-300.0, 0.0), (0.0, 300.0), (-1, h.wall_height + 1))
     solid = cut(joined(coming, [Rot(0, 0, 90) * leaving, foot]), [arena])
-    holes = _floor_holes(h, [leg * 0.25])
+    holes = _floor_holes(h, [leg / 2])
     return cut(solid, [*(Pos(-leg, 0, 0) * hole for hole in holes), *(Rot(0, 0, 90) * hole for hole in holes)])
 
 
@@ -70,5 +70,5 @@ def _tongue(h: Hardware, gap: float) -> Part:
 
 
 def _floor_holes(h: Hardware, along: list[float]) -> list[Part]:
-    """Countersunk holes for 3.5 mm wood screws, offset from the ribs."""
-    return [rod(x + 8.0, -h.arena_foot + 7.0, (-1, h.arena_foot_height + 1), 4.0) for x in along]
+    """Holes for 3.5 mm wood screws, midway between ribs."""
+    return [rod(x, -h.arena_foot + 7.0, (-1, h.arena_foot_height + 1), 4.0) for x in along]
