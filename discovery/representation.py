@@ -76,7 +76,7 @@ def fit_simclr(folder: RunFolder, dataset: Dataset) -> Fitted:
         network, losses = training.network, training.losses
         facts = {"architecture": "resnet18", "frames": shape.frames, "size": shape.size, "origin": origin, "losses": losses}
         folder.write_tensors(ENCODER, state_arrays(network), facts)
-    folder.remove("training/step-*.safetensors")
+    folder.remove("training/*.safetensors")
     return Fitted(VideoRepresentation(Encoder(network, compute), shape.frames, shape.size), origin, losses, saved is None)
 
 

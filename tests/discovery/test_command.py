@@ -7,11 +7,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from conftest import TINY, tiny
 
 import discovery
 from discovery.command import Opened, run
 from discovery.errors import DiscoveryError
+from tests.discovery.tiny_run import TINY, tiny
 
 Command = Callable[..., subprocess.CompletedProcess[str]]
 

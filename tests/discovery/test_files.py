@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import tiny
 
 from discovery.archive import read_parquet, to_parquet
 from discovery.atomic import write_atomically
 from discovery.errors import DiscoveryError
 from discovery.run_folder import ARCHIVE, make_folder, open_folder
 from discovery.tensor_file import DamagedFileError, read_tensor_file, write_tensor_file
+from tests.discovery.tiny_run import tiny
 
 
 @pytest.fixture

@@ -3,12 +3,12 @@
 import numpy as np
 import numpy.typing as npt
 import pytest
-from conftest import tiny
 from ribs.archives import ProximityArchive
 from ribs.schedulers import Scheduler
 
 from discovery.genetic_emitter import GeneticEmitter, cross, mutate, reflect, tournament
 from discovery.settings import SearchSettings
+from tests.discovery.tiny_run import tiny
 
 LIMITS = np.array([0.09, 1.6, 0.09, 1.6])
 Array = npt.NDArray[np.float64]

@@ -4,10 +4,10 @@ import itertools
 
 import numpy as np
 import pytest
-from conftest import tiny
 
 from discovery.medoids import cluster
 from discovery.novelty import novelty
+from tests.discovery.tiny_run import tiny
 
 
 def test_novelty_is_the_mean_distance_to_the_nearest_others() -> None:

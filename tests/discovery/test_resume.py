@@ -9,12 +9,12 @@ import time
 from pathlib import Path
 
 import pytest
-from conftest import TINY, tiny
 
 from discovery import atomic
 from discovery.command import CONFIGS, Opened, Stopped, run
 from discovery.errors import DiscoveryError
 from discovery.run_folder import ARCHIVE, ENCODER, METRICS, open_folder
+from tests.discovery.tiny_run import TINY, tiny
 
 RESULTS = (ARCHIVE, ENCODER, METRICS)
 

@@ -4,13 +4,13 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 import torch
-from conftest import tiny
 from lightly.loss import NTXentLoss
 from torch import nn
 
 from discovery.augment import augment, draw_views
 from discovery.compute import Compute
 from discovery.simclr import Training, begin, step
+from tests.discovery.tiny_run import tiny
 
 CPU = Compute(torch.device("cpu"), torch.float32)
 
