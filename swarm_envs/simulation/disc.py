@@ -67,10 +67,10 @@ def move(world: WorldArrays, poses: FloatArray, duration: float, wish: FloatArra
     """Move robots (R, 3) for ``duration`` s with the velocities nearest to ``wish`` (R, 3) that the contacts allow."""
     if count > 0:
         free = wish.copy()
-        if solve(world.robots, duration, wish, contacts, count):
+        if solve(world.robots, duration, wish, contacts, count, 5.0 * TOLERANCE):
             to_middle(world, poses, duration, free, wish, contacts, count)
             wish[:] = free
-            solve(world.robots, duration, wish, contacts, count)
+            solve(world.robots, duration, wish, contacts, count, TOLERANCE)
     for i in range(poses.shape[0]):
         for k in range(3):
             poses[i, k] += wish[i, k] * duration
@@ -147,6 +147,7 @@ def add_pair(world: WorldArrays, i: int, j: int, dx: float, dy: float, contacts:
     contacts[found, NORMAL_X] = dx / distance if distance > 1e-12 else 1.0
     contacts[found, NORMAL_Y] = dy / distance if distance > 1e-12 else 0.0
     contacts[found, GAP] = distance - world.robots[i, p.RADIUS] - world.robots[j, p.RADIUS]
+    contacts[found, PUSH] = contacts[found, DRAG] = 0.0
     contacts[found, FRICTION] = world.contact[p.ROBOT_FRICTION]
     contacts[found, RESTITUTION] = world.contact[p.ROBOT_RESTITUTION]
     return found + 1
@@ -181,6 +182,7 @@ def add_wall(world: WorldArrays, i: int, e: int, px: float, py: float, distance:
         return found
     contacts[found, FIRST], contacts[found, SECOND] = i, WALL
     contacts[found, NORMAL_X], contacts[found, NORMAL_Y], contacts[found, GAP] = nx, ny, distance - radius
+    contacts[found, PUSH] = contacts[found, DRAG] = 0.0
     contacts[found, FRICTION] = world.contact[p.WALL_FRICTION]
     contacts[found, RESTITUTION] = world.contact[p.WALL_RESTITUTION]
     return found + 1
@@ -216,24 +218,35 @@ def add_cell(world: WorldArrays, poses: FloatArray, i: int, order: IntArray, beg
     return found
 
 
-@compiled(forceinline=True)
-def solve(robots: FloatArray, duration: float, velocity: FloatArray, contacts: FloatArray, count: int) -> bool:
+@compiled()
+def solve(robots: FloatArray, duration: float, velocity: FloatArray, contacts: FloatArray, count: int, tolerance: float) -> bool:
     """Change the velocities (R, 3) so that no contact closes more than its gap, with friction and restitution.
+
+    Args:
+        robots: Parameters of the robots.
+        duration: Of the motion in s.
+        velocity: (R, 3) without contact; changed.
+        contacts: (C, 10); impulses that they hold are applied first, so a second solution starts from the first.
+        count: Number of contacts.
+        tolerance: Passes end when none changed a closing distance by more than this many m.
 
     Returns:
         Whether any contact had to push.
     """
     for k in range(count):
-        contacts[k, PUSH] = contacts[k, DRAG] = 0.0
         closing = normal_velocity(velocity, contacts, k)
         contacts[k, TARGET] = -contacts[k, GAP] / duration
         if closing < contacts[k, TARGET] and contacts[k, RESTITUTION] > 0.0:
             contacts[k, TARGET] = max(contacts[k, TARGET], -contacts[k, RESTITUTION] * closing)
+    for k in range(count):
+        if contacts[k, PUSH] > 0.0:
+            push_apart(robots, velocity, contacts, k, contacts[k, PUSH])
+            drag_along(robots, velocity, contacts, k, contacts[k, DRAG])
     for passes in range(MAX_ITERATIONS):
         change = 0.0
         for k in range(count):
             change = max(change, solve_contact(robots, velocity, contacts, k))
-        if change * duration < TOLERANCE:
+        if change * duration < tolerance:
             return passes > 0 or change > 0.0
     return True
 
@@ -250,59 +263,57 @@ def normal_velocity(velocity: FloatArray, contacts: FloatArray, k: int) -> float
 
 
 @compiled(inline="always")
-def solve_contact(robots: FloatArray, velocity: FloatArray, contacts: FloatArray, k: int) -> float:
-    """Apply the normal, then the tangential impulse of contact ``k``; return the largest change of velocity in m/s."""
+def push_apart(robots: FloatArray, velocity: FloatArray, contacts: FloatArray, k: int, impulse: float) -> None:
+    """Apply a normal impulse in kg m/s at contact ``k``."""
     i, j = int(contacts[k, FIRST]), int(contacts[k, SECOND])
-    nx, ny = contacts[k, NORMAL_X], contacts[k, NORMAL_Y]
-    inverse_i = 1.0 / robots[i, p.MASS]
-    inverse_j = 1.0 / robots[j, p.MASS] if j >= 0 else 0.0
-    inverse = inverse_i + inverse_j
+    nx, ny = contacts[k, NORMAL_X] * impulse, contacts[k, NORMAL_Y] * impulse
+    velocity[i, 0] -= robots[i, p.INVERSE_MASS] * nx
+    velocity[i, 1] -= robots[i, p.INVERSE_MASS] * ny
+    if j >= 0:
+        velocity[j, 0] += robots[j, p.INVERSE_MASS] * nx
+        velocity[j, 1] += robots[j, p.INVERSE_MASS] * ny
+
+
+@compiled(inline="always")
+def drag_along(robots: FloatArray, velocity: FloatArray, contacts: FloatArray, k: int, impulse: float) -> None:
+    """Apply a tangential impulse in kg m/s at contact ``k``, counter-clockwise from its normal."""
+    i, j = int(contacts[k, FIRST]), int(contacts[k, SECOND])
+    tx, ty = -contacts[k, NORMAL_Y] * impulse, contacts[k, NORMAL_X] * impulse
+    velocity[i, 0] -= robots[i, p.INVERSE_MASS] * tx
+    velocity[i, 1] -= robots[i, p.INVERSE_MASS] * ty
+    velocity[i, 2] -= robots[i, p.SPIN] * impulse
+    if j >= 0:
+        velocity[j, 0] += robots[j, p.INVERSE_MASS] * tx
+        velocity[j, 1] += robots[j, p.INVERSE_MASS] * ty
+        velocity[j, 2] -= robots[j, p.SPIN] * impulse
+
+
+@compiled(inline="always")
+def solve_contact(robots: FloatArray, velocity: FloatArray, contacts: FloatArray, k: int) -> float:
+    """Apply the normal, then the tangential impulse that contact ``k`` lacks; return the largest change of velocity in m/s."""
+    i, j = int(contacts[k, FIRST]), int(contacts[k, SECOND])
+    inverse = robots[i, p.INVERSE_MASS] + (robots[j, p.INVERSE_MASS] if j >= 0 else 0.0)
     before = contacts[k, PUSH]
     push = max(0.0, before + (contacts[k, TARGET] - normal_velocity(velocity, contacts, k)) / inverse)
-    step = push - before
-    change = 0.0
-    if step != 0.0:
-        contacts[k, PUSH] = push
-        change = abs(step) * inverse
-        velocity[i, 0] -= step * inverse_i * nx
-        velocity[i, 1] -= step * inverse_i * ny
-        if j >= 0:
-            velocity[j, 0] += step * inverse_j * nx
-            velocity[j, 1] += step * inverse_j * ny
+    contacts[k, PUSH] = push
+    change = abs(push - before) * inverse
+    if change > 0.0:
+        push_apart(robots, velocity, contacts, k, push - before)
     if contacts[k, FRICTION] > 0.0 and (push > 0.0 or contacts[k, DRAG] != 0.0):
-        change = max(change, solve_friction(robots, velocity, contacts, k, i, j))
-    return change
-
-
-@compiled()
-def solve_friction(robots: FloatArray, velocity: FloatArray, contacts: FloatArray, k: int, i: int, j: int) -> float:
-    """Apply the tangential impulse of contact ``k`` of robot ``i`` with ``j`` (or a wall); return the change of slip in m/s."""
-    tx, ty = -contacts[k, NORMAL_Y], contacts[k, NORMAL_X]
-    radius_i = robots[i, p.RADIUS]
-    inverse_i = 1.0 / robots[i, p.MASS]
-    spin_i = radius_i / robots[i, p.INERTIA]
-    # the contact point lies at +radius along the normal of i and at -radius of j
-    slip = -(velocity[i, 0] * tx + velocity[i, 1] * ty + radius_i * velocity[i, 2])
-    inverse = inverse_i + radius_i * spin_i
-    inverse_j = spin_j = 0.0
-    if j >= 0:
-        radius_j = robots[j, p.RADIUS]
-        inverse_j = 1.0 / robots[j, p.MASS]
-        spin_j = radius_j / robots[j, p.INERTIA]
-        slip += velocity[j, 0] * tx + velocity[j, 1] * ty - radius_j * velocity[j, 2]
-        inverse += inverse_j + radius_j * spin_j
-    bound = contacts[k, FRICTION] * contacts[k, PUSH]
-    drag = min(max(contacts[k, DRAG] - slip / inverse, -bound), bound)
-    step = drag - contacts[k, DRAG]
-    contacts[k, DRAG] = drag
-    velocity[i, 0] -= step * inverse_i * tx
-    velocity[i, 1] -= step * inverse_i * ty
-    velocity[i, 2] -= step * spin_i
-    if j >= 0:
-        velocity[j, 0] += step * inverse_j * tx
-        velocity[j, 1] += step * inverse_j * ty
-        velocity[j, 2] -= step * spin_j
-    return float(abs(step) * inverse)
+        # the contact point lies at +radius along the normal of the first and at -radius of the second
+        tx, ty = -contacts[k, NORMAL_Y], contacts[k, NORMAL_X]
+        slip = -(velocity[i, 0] * tx + velocity[i, 1] * ty + robots[i, p.RADIUS] * velocity[i, 2])
+        inverse += robots[i, p.RADIUS] * robots[i, p.SPIN]
+        if j >= 0:
+            slip += velocity[j, 0] * tx + velocity[j, 1] * ty - robots[j, p.RADIUS] * velocity[j, 2]
+            inverse += robots[j, p.RADIUS] * robots[j, p.SPIN]
+        bound = contacts[k, FRICTION] * push
+        before = contacts[k, DRAG]
+        drag = min(max(before - slip / inverse, -bound), bound)
+        contacts[k, DRAG] = drag
+        drag_along(robots, velocity, contacts, k, drag - before)
+        change = max(change, abs(drag - before) * inverse)
+    return float(change)
 
 
 def contact_capacity(num_robots: int, num_walls: int) -> int:

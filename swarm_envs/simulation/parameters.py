@@ -48,7 +48,9 @@ FloatArray = npt.NDArray[np.float64]
     FALSE_DETECTIONS,
     SENSOR_DELAY_TICKS,
     NUM_SENSORS,
-) = range(29)
+    INVERSE_MASS,
+    SPIN,  # contact radius over inertia: turn rate per tangential impulse
+) = range(31)
 
 # Columns of WorldArrays.sensors.
 BEARING, COS_HALF_ANGLE, SIN_HALF_ANGLE, HALF_ANGLE, SENSOR_RANGE, PERIOD_TICKS, OCCLUSION, SEES_OBJECTS, COS_BEARING, SIN_BEARING = range(
@@ -84,7 +86,7 @@ class WorldArrays(NamedTuple):
     tick: float
     """Seconds from one command to the next."""
     robots: FloatArray
-    """(R, 29) robot parameters."""
+    """(R, 31) robot parameters."""
     sensors: FloatArray
     """(R, S, 10) sensor parameters."""
     contact: FloatArray
@@ -167,6 +169,8 @@ def _robot_row(robot: RobotModel, tick: float) -> list[float]:
         effects.false_detections,
         round(effects.sensor_delay / tick),
         len(robot.sensors),
+        1.0 / body.mass,
+        1.0 / (body.inertia_ratio * body.mass * body.contact_radius),
     ]
 
 

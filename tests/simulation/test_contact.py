@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from swarm_envs import Simulation, load_world, rollouts
+from swarm_envs import Simulation, load_world, rollouts, world_names
 from swarm_envs.worlds import Contact, WorldSpec
 
 ENGINES = ["chipmunk", "disc"]
@@ -33,24 +33,24 @@ def run(world: WorldSpec, engine: str, poses: npt.ArrayLike, commands: npt.Array
     return np.array(frames)
 
 
-def deepest(poses: npt.NDArray[np.float64], size: tuple[float, float]) -> float:
+def deepest(poses: npt.NDArray[np.float64], size: tuple[float, float], radius: float = RADIUS) -> float:
     """Greatest overlap in m of two robots, or of a robot with a wall, in any frame (..., R, 3)."""
     at = poses[..., :2]
-    gaps = np.linalg.norm(at[..., :, None, :] - at[..., None, :, :], axis=-1) - 2 * RADIUS
+    gaps = np.linalg.norm(at[..., :, None, :] - at[..., None, :, :], axis=-1) - 2 * radius
     gaps[..., np.arange(at.shape[-2]), np.arange(at.shape[-2])] = np.inf
-    walls = min((at - RADIUS).min(), (np.array(size) - RADIUS - at).min())
+    walls = min((at - radius).min(), (np.array(size) - radius - at).min())
     return -min(float(gaps.min()), float(walls))
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-@pytest.mark.parametrize("world", ["hero_plus"])
+@pytest.mark.parametrize("world", world_names())
 def test_robots_of_random_controllers_never_overlap_or_leave(engine: str, world: str) -> None:
     spec = load_world(world)
     limits = [spec.limits.linear_speed, spec.limits.angular_speed] * 2
-    controllers = np.random.default_rng(11).uniform(-1, 1, (300, 4)) * limits
+    controllers = np.random.default_rng(11).uniform(-1, 1, (100, 4)) * limits
     trajectories = rollouts(spec, controllers, seed=2, engine=engine)
     assert np.isfinite(trajectories.poses).all()
-    assert deepest(trajectories.poses, spec.size) < OVERLAP[engine]
+    assert deepest(trajectories.poses, spec.size, spec.robots[0].body.contact_radius) < OVERLAP[engine]
 
 
 @settings(max_examples=25, deadline=None)
