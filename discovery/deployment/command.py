@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from discovery.deployment.errors import FleetError
-from discovery.deployment.fleet_file import Fleet, read_fleet, secrets_header, write_new_fleet
+from discovery.deployment.fleet_file import Fleet, link_constants, read_fleet, secrets_header, write_new_fleet
 
 TOKEN_HEADER = "X-Fleet-Token"
 
@@ -53,7 +53,8 @@ def _parser() -> argparse.ArgumentParser:
     keys = add("keys", _keys, "write a new fleet file with fresh keys")
     keys.add_argument("robots", type=int, help="number of robots")
     keys.add_argument("--hosts", default="", help="their addresses, with commas; default: simulated on this machine")
-    keys.add_argument("--port", type=int, default=4210, help="UDP port of the robots; simulated ones count up from it")
+    port = link_constants()["port"]
+    keys.add_argument("--port", type=int, default=port, help=f"UDP port of the robots, {port}; simulated ones count up from it")
     keys.add_argument("--page-port", type=int, default=8080)
     secret = add("secrets", _secrets, "print the secrets.h of a robot's board")
     secret.add_argument("robot")

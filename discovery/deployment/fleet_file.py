@@ -12,6 +12,7 @@ from typing import Any
 import yaml
 
 from discovery.deployment.errors import FleetError
+from swarm_envs.worlds import load_robot_file
 
 KEY_SIZE = 32
 """Bytes of a robot's key."""
@@ -40,6 +41,12 @@ class Fleet:
     """Motion granted by a heartbeat, s, counted from when it is sent; robots take 0.5 at most."""
     heartbeat: float = 0.035
     """Time between heartbeats, s: ten may be lost in a row before a robot stops."""
+
+
+def link_constants() -> dict[str, Any]:
+    """The link's numbers, from the robot file that the firmware's come from."""
+    link: dict[str, Any] = load_robot_file("hero_plus")["electronics"]["link"]
+    return link
 
 
 def read_fleet(path: Path) -> Fleet:
@@ -81,8 +88,9 @@ def _fleet(document: Any, path: Path) -> Fleet:
         lease=float(document.get("lease", 0.35)),
         heartbeat=float(document.get("heartbeat", 0.035)),
     )
-    if not 0.01 <= fleet.heartbeat < fleet.lease <= 0.5:
-        raise FleetError(f"{path}: heartbeat {fleet.heartbeat} s and lease {fleet.lease} s; expected 0.01 <= heartbeat < lease <= 0.5")
+    most = link_constants()["lease_max"]
+    if not 0.01 <= fleet.heartbeat < fleet.lease <= most:
+        raise FleetError(f"{path}: heartbeat {fleet.heartbeat} s and lease {fleet.lease} s; expected 0.01 <= heartbeat < lease <= {most}")
     return fleet
 
 

@@ -1,4 +1,5 @@
-/* All that the core asks of a board: ten functions, none of which may block.
+/* All that the core asks of a board: ten functions. None may block, but for range_restart, which is called only while the
+ * servos are released.
  *
  * Time is not among them: it is passed in with each call of the core. `context` is the board's own. */
 #ifndef HERO_HAL_H

@@ -82,12 +82,17 @@ static void set_fault(struct hero_robot *robot, uint8_t fault, bool present) {
   robot->faults = (uint8_t)(present ? robot->faults | fault : robot->faults & ~fault);
 }
 
-/* The sensor is given another chance each time that it has been silent for too long. */
 static void check_sensor(struct hero_robot *robot, uint64_t now_us) {
   bool alive = hero_detection_alive(&robot->detection, now_us);
-  bool was_alive = !(robot->faults & HERO_FAULT_SENSOR);
+  if (!alive && !(robot->faults & HERO_FAULT_SENSOR)) robot->sensor_fell_silent = true;
   set_fault(robot, HERO_FAULT_SENSOR, !alive);
-  if (was_alive && !alive) robot->hal->range_restart(robot->hal->context);
+}
+
+/* A sensor that has fallen silent is given another chance; this may take some milliseconds, so the servos are released first. */
+static void restart_silent_sensor(struct hero_robot *robot) {
+  if (!robot->sensor_fell_silent) return;
+  robot->sensor_fell_silent = false;
+  robot->hal->range_restart(robot->hal->context);
 }
 
 static void check_health(struct hero_robot *robot, uint64_t now_us) {
@@ -180,6 +185,7 @@ void hero_robot_poll(struct hero_robot *robot, uint64_t now_us) {
   if (due || starts(robot, state)) {
     control(robot, now_us);
     show(robot, now_us);
+    restart_silent_sensor(robot);
     if (starts(robot, state)) robot->control_us = now_us;
     robot->control_us += HERO_CONTROL_PERIOD_US;
     if (robot->control_us <= now_us) robot->control_us = now_us + HERO_CONTROL_PERIOD_US; /* late: no burst to catch up */

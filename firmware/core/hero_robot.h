@@ -28,6 +28,7 @@ struct hero_robot {
   uint32_t result_sequence; /* of the last command that was no heartbeat */
   uint8_t result;
   uint8_t faults;           /* bits present now */
+  bool sensor_fell_silent;  /* and has not been restarted yet */
   struct hero_peer server;  /* sender of the last accepted command; port 0: none yet */
 };
 

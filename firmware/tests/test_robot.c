@@ -55,6 +55,7 @@ static bool range_poll(void *context, struct hero_range *reading) {
 
 static void range_restart(void *context) {
   (void)context;
+  CHECK(board.pulse_us[0] == 0 && board.pulse_us[1] == 0); /* it may block: never while the wheels turn */
   board.restarts++;
 }
 
