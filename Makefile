@@ -5,12 +5,13 @@ BIN := $(VENV)/bin
 # Arguments for the discovery command, such as: make discover ARGS="experiment=paper seed=3"
 ARGS ?=
 
-.PHONY: help discover test lint format bench hardware clean
+.PHONY: help discover test lint format bench firmware firmware-test firmware-fuzz hardware clean
 
 help:
 	@echo "make discover   from nothing to a report of ten discovered behaviours (ARGS=\"experiment=paper seed=3\")"
 	@echo "make test       ruff, mypy and the tests"
 	@echo "make bench      speed of the simulation, with a table"
+	@echo "make firmware   size of the robot's code on its processors; firmware-test and firmware-fuzz try it there"
 	@echo "make hardware   parts and assembly of the robot as STEP and STL, checked and drawn"
 	@echo "make format     format the sources"
 	@echo "make clean      remove the virtual environment"
@@ -33,6 +34,15 @@ format: $(VENV)/installed-dev
 bench: $(VENV)/installed-dev
 	@$(BIN)/python -m tests.bench.simulation
 
+firmware: $(VENV)/installed-dev
+	$(BIN)/python -m hero_firmware.build --sizes
+
+firmware-test: $(VENV)/installed-dev
+	$(BIN)/python -m hero_firmware.build --test
+
+firmware-fuzz: $(VENV)/installed-dev
+	$(BIN)/python -m hero_firmware.build --fuzz 1000000
+
 hardware: $(VENV)/installed-hardware
 	$(BIN)/python -m hardware.export
 
@@ -51,8 +61,8 @@ $(VENV)/installed-discovery: pyproject.toml | $(VENV)/bin/python
 
 $(VENV)/installed-dev: pyproject.toml | $(VENV)/bin/python
 	@echo "setting up $(VENV) with what the tests need (once; about 3 GB, a few minutes)"
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[discovery,video,dev]"
-	@touch $@ $(VENV)/installed-discovery
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[discovery,deployment,hardware,video,dev]"
+	@touch $@ $(VENV)/installed-discovery $(VENV)/installed-hardware
 
 $(VENV)/installed-hardware: pyproject.toml | $(VENV)/bin/python
 	@echo "setting up $(VENV) with the CAD kernel (once; about 1 GB)"

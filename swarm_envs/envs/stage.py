@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium import spaces
 
+from swarm_envs.envs.robot_software import make_robot_software
 from swarm_envs.rendering import Renderer
 from swarm_envs.simulation import Simulation
 from swarm_envs.worlds import WorldSpec, load_world
@@ -27,17 +28,28 @@ class Stage:
         num_robots: Number of robots instead of the world's own.
         engine: ``chipmunk`` or ``disc``.
         render_mode: ``rgb_array`` or None.
+        robot_software: ``actions`` when the agent commands the robots, ``firmware`` when they run their own code.
+        controller: (4,) or (R, 4) the firmware's [v0, omega0, v1, omega1] in m/s and rad/s.
 
     Raises:
-        ValueError: For an unknown world, engine or render mode; one line.
+        ValueError: For an unknown world, engine, render mode or software; one line.
     """
 
-    def __init__(self, world: str | Path | WorldSpec, num_robots: int | None, engine: str, render_mode: str | None) -> None:
+    def __init__(
+        self,
+        world: str | Path | WorldSpec,
+        num_robots: int | None,
+        engine: str,
+        render_mode: str | None,
+        robot_software: str = "actions",
+        controller: npt.ArrayLike | None = None,
+    ) -> None:
         if render_mode is not None and render_mode not in RENDER_MODES:
             raise ValueError(f"render_mode is {render_mode!r}, expected 'rgb_array' or None; for a window use the HumanRendering wrapper")
         self.world = load_world(world, num_robots=num_robots)
         self.render_mode = render_mode
         self.simulation = Simulation(self.world, 1, engine)
+        self.software = make_robot_software(self.simulation, robot_software, controller)
         limits = np.array([self.world.limits.linear_speed, self.world.limits.angular_speed])
         # float32 rounds 0.09 up: step back to the largest float32 inside the limit
         rounded = limits.astype(np.float32)
@@ -49,8 +61,10 @@ class Stage:
         """(v in m/s, omega in rad/s) of one robot, bounded by the world's limits."""
         return spaces.Box(-self.limits, self.limits, dtype=np.float32)
 
-    def swarm_action_space(self) -> spaces.Box:
-        """(v in m/s, omega in rad/s) of every robot (R, 2), bounded by the world's limits."""
+    def swarm_action_space(self) -> spaces.Space[Any]:
+        """(v in m/s, omega in rad/s) of every robot (R, 2), bounded by the world's limits; one empty action for self-driven robots."""
+        if self.software is not None:
+            return spaces.Discrete(1)
         high = np.repeat(self.limits[None, :], self.world.num_robots, axis=0)
         return spaces.Box(-high, high, dtype=np.float32)
 
@@ -67,15 +81,24 @@ class Stage:
         poses = (options or {}).get("initial_poses")
         key = generator.integers(0, 2**63, size=1, dtype=np.uint64)
         self.simulation.reset(keys=key, initial_poses=None if poses is None else np.asarray(poses, np.float64)[None])
+        if self.software is not None:
+            self.software.reset()
         self._trail.clear()
         self._remember()
 
     def advance(self, commands: npt.ArrayLike) -> None:
-        """Run one tick with commands (R, 2); values beyond the limits are clipped to them.
+        """Run one tick with commands (R, 2), clipped to the limits, or with those of the robots' own software.
 
         Raises:
             ValueError: For another shape, or a value that is not a finite number.
         """
+        if self.software is not None:
+            self.simulation.step(self.software.commands(self.simulation)[None])
+        else:
+            self.simulation.step(self._checked(commands)[None])
+        self._remember()
+
+    def _checked(self, commands: npt.ArrayLike) -> npt.NDArray[np.float64]:
         array = np.asarray(commands, dtype=np.float64)
         expected = (self.world.num_robots, 2)
         if array.shape != expected:
@@ -88,8 +111,7 @@ class Stage:
             )
         limits = self.world.limits
         bound = np.array([limits.linear_speed, limits.angular_speed])
-        self.simulation.step(np.clip(array, -bound, bound)[None])
-        self._remember()
+        return np.clip(array, -bound, bound)
 
     def detections(self) -> npt.NDArray[np.int8]:
         """Each robot's readings, (R,) or (R, S), as a copy."""

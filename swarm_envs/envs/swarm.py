@@ -52,10 +52,13 @@ class SwarmEnv(gym.Env[Observation, Any]):
 
     ## Arguments
     ```python
-    gym.make("HeRo/Swarm-v0", world="hero_plus", num_robots=None, engine="chipmunk", render_mode=None)
+    gym.make("HeRo/Swarm-v0", world="hero_plus", num_robots=None, engine="chipmunk", render_mode=None,
+             robot_software="actions", controller=None)
     ```
     `world`: a name, the path of a YAML file, or a `WorldSpec`. `num_robots`: another number of robots than the world's. `engine`:
     `chipmunk` or `disc`. `render_mode`: `rgb_array` (513 x 426 pixels for `hero_plus`) or None.
+    `robot_software="firmware", controller=[v0, omega0, v1, omega1]`: every robot runs its own C code with that controller on board,
+    through a simulated servo, encoder and range sensor; the action space is then `Discrete(1)`, one tick passes at each step.
 
     ## Version History
     - v0: first release.
@@ -72,8 +75,10 @@ class SwarmEnv(gym.Env[Observation, Any]):
         num_robots: int | None = None,
         engine: str = "chipmunk",
         render_mode: str | None = None,
+        robot_software: str = "actions",
+        controller: npt.ArrayLike | None = None,
     ) -> None:
-        self._stage = Stage(world, num_robots, engine, render_mode)
+        self._stage = Stage(world, num_robots, engine, render_mode, robot_software, controller)
         self.world = self._stage.world
         self.render_mode = render_mode
         shape = self._stage.detections().shape

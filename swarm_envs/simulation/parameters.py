@@ -223,4 +223,5 @@ def _reach(world: WorldSpec) -> float:
         gain = effects.linear_gain * (1 + 5 * effects.linear_gain_spread) * max(1.0, 1.0 - 600.0 * min(0.0, effects.gain_drift))
         drift = math.hypot(effects.floor_drift_x, effects.floor_drift_y)
         fastest = max(fastest, world.limits.linear_speed * gain + drift)
-    return fastest * world.tick
+    # a servo loop may overshoot a command at the limit a little
+    return 1.05 * fastest * world.tick
