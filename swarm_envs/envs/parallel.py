@@ -12,7 +12,8 @@ from gymnasium import spaces
 from gymnasium.utils import seeding
 from pettingzoo import ParallelEnv
 
-from swarm_envs.envs.stage import RENDER_MODES, Stage
+from swarm_envs.envs.interface import RENDER_MODES, robot_action_space, robot_observation_space
+from swarm_envs.envs.stage import Stage
 from swarm_envs.worlds import WorldSpec
 
 Observation = npt.NDArray[np.int8]
@@ -62,12 +63,12 @@ class SwarmParallelEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's class
     @functools.cache  # noqa: B019  the same space object each time, for the life of the environment
     def observation_space(self, agent: str) -> spaces.MultiBinary:
         """Readings of one robot."""
-        return spaces.MultiBinary(self.world.num_sensors)
+        return robot_observation_space(self.world)
 
     @functools.cache  # noqa: B019  the same space object each time, for the life of the environment
     def action_space(self, agent: str) -> spaces.Box:
         """Command of one robot: v in m/s, omega in rad/s."""
-        return self._stage.robot_action_space()
+        return robot_action_space(self.world)
 
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None

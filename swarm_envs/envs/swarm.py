@@ -8,9 +8,9 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
-from gymnasium import spaces
 
-from swarm_envs.envs.stage import RENDER_MODES, Stage
+from swarm_envs.envs.interface import RENDER_MODES, swarm_observation_space
+from swarm_envs.envs.stage import Stage
 from swarm_envs.worlds import WorldSpec
 
 Observation = npt.NDArray[np.int8]
@@ -81,8 +81,7 @@ class SwarmEnv(gym.Env[Observation, Any]):
         self._stage = Stage(world, num_robots, engine, render_mode, robot_software, controller)
         self.world = self._stage.world
         self.render_mode = render_mode
-        shape = self._stage.detections().shape
-        self.observation_space = spaces.MultiBinary(shape[0] if len(shape) == 1 else list(shape))
+        self.observation_space = swarm_observation_space(self.world)
         self.action_space = self._stage.swarm_action_space()
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Observation, dict[str, Any]]:

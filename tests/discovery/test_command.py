@@ -129,6 +129,7 @@ def test_the_paper_experiment_holds_the_papers_numbers() -> None:
     simclr = paper.representation
     assert (simclr.epochs, simclr.batch, simclr.weights, simclr.temperature) == (100, 1000, "imagenet", 0.5)
     assert simclr.learning_rate * simclr.batch / 256 == pytest.approx(1.17, abs=0.002)
+    assert not simclr.normalise
     assert (simclr.weight_decay, simclr.crop_scale, simclr.flip) == (1.5e-7, [0.6, 1.0], 0.5)
     search = paper.search
     assert (search.population, search.generations, search.neighbours, search.crossover, search.mutation) == (50, 100, 15, 0.7, 0.15)

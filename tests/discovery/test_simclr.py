@@ -9,6 +9,7 @@ from torch import nn
 
 from discovery.augment import augment, draw_views
 from discovery.compute import Compute
+from discovery.encoder import Encoder, make_network
 from discovery.simclr import Training, begin, step
 from tests.discovery.tiny_run import tiny
 
@@ -71,6 +72,13 @@ def test_the_encoder_gives_512_numbers_and_the_head_128() -> None:
     pictures = torch.rand(2, 3, 64, 64)
     assert training.network(pictures).shape == (2, 512)
     assert training.head(training.network(pictures)).shape == (2, 128)
+
+
+def test_a_normalised_embedding_has_length_one_and_the_same_direction() -> None:
+    videos = np.random.default_rng(0).integers(0, 256, (3, 3, 64, 64)).astype(np.uint8)
+    network = make_network(3, 0)
+    plain, unit = Encoder(network, CPU)(videos), Encoder(network, CPU, normalise=True)(videos)
+    assert np.allclose(unit, plain / np.linalg.norm(plain, axis=1, keepdims=True), atol=1e-6)
 
 
 def test_weights_depend_on_the_seed_alone() -> None:
