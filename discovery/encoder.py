@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import torch
 from torch import nn
+from torch.nn import functional
 from torchvision.models import resnet18
 
 from discovery.compute import Compute
@@ -25,13 +26,15 @@ class Encoder:
     Args:
         network: A ResNet18 without its classifier, from :func:`make_network`.
         compute: Where and how it is run.
+        normalise: Give embeddings length one, so that distances compare directions, as SimCLR's loss does.
     """
 
     dimension = EMBEDDING
 
-    def __init__(self, network: nn.Module, compute: Compute) -> None:
+    def __init__(self, network: nn.Module, compute: Compute, normalise: bool = False) -> None:
         self.network = network.to(compute.device).to(memory_format=torch.channels_last).eval()
         self.compute = compute
+        self.normalise = normalise
 
     def __call__(self, videos: npt.NDArray[np.uint8], progress: bool = False) -> npt.NDArray[np.float32]:
         """Embed videos (N, frames, size, size) as (N, 512)."""
@@ -40,7 +43,8 @@ class Encoder:
         with bar(len(videos) if progress else 0, "embedding", "videos") as shown, torch.inference_mode(), self.compute.autocast():
             for start in range(0, len(videos), BATCH):
                 batch = torch.from_numpy(np.ascontiguousarray(videos[start : start + BATCH]))
-                embeddings.append(self.network(self.compute.picture(batch)).float().cpu().numpy())
+                embedded = self.network(self.compute.picture(batch)).float()
+                embeddings.append((functional.normalize(embedded) if self.normalise else embedded).cpu().numpy())
                 shown.update(len(batch))
         return np.concatenate(embeddings) if embeddings else np.empty((0, EMBEDDING), dtype=np.float32)
 

@@ -77,7 +77,9 @@ def fit_simclr(folder: RunFolder, dataset: Dataset) -> Fitted:
         facts = {"architecture": "resnet18", "frames": shape.frames, "size": shape.size, "origin": origin, "losses": losses}
         folder.write_tensors(ENCODER, state_arrays(network), facts)
     folder.remove("training/*.safetensors")
-    return Fitted(VideoRepresentation(Encoder(network, compute), shape.frames, shape.size), origin, losses, saved is None)
+    return Fitted(
+        VideoRepresentation(Encoder(network, compute, settings.normalise), shape.frames, shape.size), origin, losses, saved is None
+    )
 
 
 def starting_weights(folder: RunFolder) -> tuple[str, dict[str, torch.Tensor] | None]:

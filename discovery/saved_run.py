@@ -71,7 +71,8 @@ class Run:
         network = make_network(saved.facts["frames"], 0)
         load_arrays(network, saved.tensors)
         settings = self.settings.representation
-        return Encoder(network, choose_compute("auto" if settings.device == "cuda" else settings.device, settings.precision))
+        compute = choose_compute("auto" if settings.device == "cuda" else settings.device, settings.precision)
+        return Encoder(network, compute, settings.normalise)
 
 
 def load_run(folder: str | Path) -> Run:

@@ -59,6 +59,8 @@ class SimCLRSettings:
     """Smallest and largest area of the random crop, as a share of the picture."""
     flip: float = number(0.0, 1.0)
     """Probability of a horizontal flip."""
+    normalise: bool = MISSING
+    """Whether embeddings have length one, so that distances compare directions, as the loss does."""
     checkpoint_seconds: float = number(0.0)
     """Longest training time in s lost to a stop."""
     device: str = choice("auto", "cpu", "cuda")
