@@ -19,9 +19,9 @@ Command = Callable[..., subprocess.CompletedProcess[str]]
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
-        (("sed=3",), ["sed"]),
+        (("sed=3",), ["'sed'", "did you mean 'seed'"]),
         (("+colour=red",), ["colour"]),
-        (("experiment=fast",), ["experiment/fast", "paper", "quick"]),
+        (("experiment=fast",), ["experiment: given 'fast'", "paper or quick"]),
         (("world=hero_pluss",), ["hero_pluss", "did you mean 'hero_plus'"]),
         (("search.population=many",), ["search.population", "many"]),
         (("search.crossover=1.5",), ["search.crossover", "1.5", "from 0 to 1"]),
