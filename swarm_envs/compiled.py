@@ -12,7 +12,8 @@ import os
 import shutil
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
@@ -34,14 +35,21 @@ def compiled(**options: Any) -> Callable[[F], F]:
     """
 
     def decorate(function: F) -> F:
-        before = numba.config.CACHE_DIR
-        numba.config.CACHE_DIR = str(cache_folder(Path(function.__code__.co_filename).parent))
-        try:
+        with caching_in(cache_folder(Path(function.__code__.co_filename).parent)):
             return numba.njit(cache=True, nogil=True, **options)(function)  # type: ignore[no-any-return]
-        finally:
-            numba.config.CACHE_DIR = before
 
     return decorate
+
+
+@contextmanager
+def caching_in(folder: Path) -> Iterator[None]:
+    """Let numba's decorators put their caches into a folder."""
+    before = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = str(folder)
+    try:
+        yield
+    finally:
+        numba.config.CACHE_DIR = before
 
 
 @cache

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -56,19 +55,20 @@ class SwarmParallelEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's class
         self.render_mode = render_mode
         self.max_ticks = max_ticks
         self.possible_agents = [f"robot_{i}" for i in range(self.world.num_robots)]
+        # the same space object each time: wrappers and seeding rely on it
+        self._observation_spaces = {agent: robot_observation_space(self.world) for agent in self.possible_agents}
+        self._action_spaces = {agent: robot_action_space(self.world) for agent in self.possible_agents}
         self.agents: list[str] = []
         self._generator: np.random.Generator | None = None
         self._ticks = 0
 
-    @functools.cache  # noqa: B019  the same space object each time, for the life of the environment
     def observation_space(self, agent: str) -> spaces.MultiBinary:
         """Readings of one robot."""
-        return robot_observation_space(self.world)
+        return self._observation_spaces[agent]
 
-    @functools.cache  # noqa: B019  the same space object each time, for the life of the environment
     def action_space(self, agent: str) -> spaces.Box:
         """Command of one robot: v in m/s, omega in rad/s."""
-        return robot_action_space(self.world)
+        return self._action_spaces[agent]
 
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
@@ -96,6 +96,9 @@ class SwarmParallelEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's class
             )
         if not self.agents:
             return {}, {}, {}, {}, {}
+        for agent in self.agents:
+            if np.shape(actions[agent]) != (2,):
+                raise ValueError(f"action of {agent!r} has shape {np.shape(actions[agent])}, expected (2,): v in m/s and omega in rad/s")
         self._stage.advance(np.stack([np.asarray(actions[agent], dtype=np.float64) for agent in self.agents]))
         self._ticks += 1
         over = self._ticks >= self.max_ticks

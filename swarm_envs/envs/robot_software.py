@@ -11,6 +11,8 @@ from swarm_envs.simulation import Simulation, check_controllers
 from swarm_envs.worlds import WorldError
 
 ROBOT_SOFTWARE = ("actions", "firmware")
+ROBOT = "hero_plus"
+"""The robot model that the firmware is written for."""
 
 
 class RobotSoftware(Protocol):
@@ -36,6 +38,9 @@ class Firmware:
 
     def __init__(self, simulation: Simulation, controller: npt.ArrayLike) -> None:
         world = simulation.world
+        others = sorted({robot.name for robot in world.robots} - {ROBOT})
+        if others:
+            raise WorldError(f"robot_software is 'firmware', which is {ROBOT}'s; world {world.name!r} has robots of model {others[0]!r}")
         controllers = check_controllers(world, np.asarray(controller, dtype=np.float64)[None])[0]
         try:
             # only those who ask for the firmware need what it is built with
@@ -43,7 +48,7 @@ class Firmware:
         except ImportError as error:
             raise WorldError(f"robot_software is 'firmware', but {error.name} is missing; pip install 'swarm-envs[firmware]'") from None
         try:
-            self._swarm = FirmwareSwarm("hero_plus", world.num_robots, controllers)
+            self._swarm = FirmwareSwarm(ROBOT, world.num_robots, controllers)
         except FirmwareError as error:
             raise WorldError(f"robot_software is 'firmware', but {error}") from None
         self._tick = world.tick

@@ -32,7 +32,8 @@ class SwarmVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], npt.NDArra
     """``num_envs`` copies of :class:`swarm_envs.envs.SwarmEnv` in one simulation.
 
     Spaces, rewards, starts and episodes are the scalar environment's, and so is every bit of a run on the same engine:
-    copy ``i`` of a reset with seed ``s`` is a scalar environment reset with ``s + i``.
+    copy ``i`` of a reset with seed ``s`` is a scalar environment reset with ``s + i``. The default engine is ``disc``, the faster for
+    many worlds, while ``gym.make`` takes ``chipmunk``: give both the same ``engine`` where they shall agree to the last bit.
 
     Args:
         num_envs: Number of copies, N.
@@ -82,13 +83,18 @@ class SwarmVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], npt.NDArra
             options: ``reset_mask`` (N,) which copies to reset, all by default; ``initial_poses`` (number reset, R, 3).
         """
         mask = np.asarray((options or {}).get("reset_mask", np.ones(self.num_envs, np.bool_)), dtype=np.bool_)
-        seeds = [None if seed is None else seed + i for i in range(self.num_envs)] if seed is None or isinstance(seed, int) else list(seed)
+        if seed is None or isinstance(seed, int | np.integer):
+            seeds = [None if seed is None else int(seed) + i for i in range(self.num_envs)]
+        else:
+            seeds = [None if each is None else int(each) for each in seed]
         if mask.shape != (self.num_envs,) or len(seeds) != self.num_envs:
             raise ValueError(f"seed has {len(seeds)} entries and reset_mask {mask.shape}, expected {self.num_envs} each, one for each copy")
         if not self._generators:
             self._generators = [seeding.np_random(each)[0] for each in seeds]
         else:
-            self._generators = [old if new is None else seeding.np_random(new)[0] for old, new in zip(self._generators, seeds, strict=True)]
+            for i in np.flatnonzero(mask):
+                if seeds[i] is not None:
+                    self._generators[i] = seeding.np_random(seeds[i])[0]
         self._start(mask, (options or {}).get("initial_poses"))
         return self._observe(), self._infos()
 
@@ -97,6 +103,8 @@ class SwarmVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], npt.NDArra
     ) -> tuple[Observations, npt.NDArray[np.float64], npt.NDArray[np.bool_], npt.NDArray[np.bool_], dict[str, Any]]:
         """Run one tick of every copy with commands (N, R, 2)."""
         commands = checked_commands(actions, (self.num_envs, self.world.num_robots, 2), self.world)
+        if not self._generators:
+            raise ValueError("step was called before reset; call reset(seed=...) first")
         fresh = self._over if self.autoreset_mode == AutoresetMode.NEXT_STEP else np.zeros_like(self._over)
         if self.autoreset_mode == AutoresetMode.DISABLED and self._over.any():
             raise ValueError(

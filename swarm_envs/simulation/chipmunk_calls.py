@@ -14,6 +14,8 @@ from numba import cfunc, types
 from numba.extending import intrinsic
 from pymunk._chipmunk_cffi import ffi, lib
 
+from swarm_envs.compiled import cache_folder, caching_in
+
 # Entries of a world's row of handles.
 STEP, EACH_BODY, MOVE_BODY, GET_BATCH, SET_BATCH, SPACE, GET_DATA, SET_DATA, BODIES = range(9)
 
@@ -35,9 +37,11 @@ def address(pointer: Any) -> int:
     return int(ffi.cast("intptr_t", pointer))
 
 
-@cfunc(types.void(types.voidptr, types.double), cache=True)
-def stay(body: Any, duration: float) -> None:
-    """Position function that moves nothing: see :mod:`swarm_envs.simulation.chipmunk` for who moves the bodies."""
+with caching_in(cache_folder()):
+
+    @cfunc(types.void(types.voidptr, types.double), cache=True)
+    def stay(body: Any, duration: float) -> None:
+        """Position function that moves nothing: see :mod:`swarm_envs.simulation.chipmunk` for who moves the bodies."""
 
 
 def _call(builder: ir.IRBuilder, at: ir.Value, arguments: list[ir.Value]) -> None:

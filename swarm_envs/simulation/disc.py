@@ -316,11 +316,17 @@ def solve_contact(robots: FloatArray, velocity: FloatArray, contacts: FloatArray
     return float(change)
 
 
-def contact_capacity(num_robots: int, num_walls: int) -> int:
-    """A bound on the contacts of one tick: a disc has few neighbours, and few walls reach it."""
-    return num_robots * (12 + min(num_walls, 8))
+def contact_capacity(world: WorldArrays) -> int:
+    """A bound on the contacts of one tick.
+
+    A robot's partners have their centres within two radii and two reaches, and discs do not overlap: their number is bounded by areas.
+    """
+    radii, count = world.robots[:, p.RADIUS], len(world.robots)
+    around = (2.0 * radii.max() + 2.0 * world.reach + radii.min()) / radii.min()
+    pairs = count * min(count - 1, math.ceil(around * around)) // 2
+    return int(pairs + count * len(world.walls) + 1)
 
 
-def scratch(num_robots: int, num_walls: int) -> FloatArray:
+def scratch(world: WorldArrays) -> FloatArray:
     """Allocate the memory for one world's contacts."""
-    return np.zeros((contact_capacity(num_robots, num_walls), 10))
+    return np.empty((contact_capacity(world), 10))

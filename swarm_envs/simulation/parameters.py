@@ -222,6 +222,10 @@ def _reach(world: WorldSpec) -> float:
         effects = robot.effects
         gain = effects.linear_gain * (1 + 5 * effects.linear_gain_spread) * max(1.0, 1.0 - 600.0 * min(0.0, effects.gain_drift))
         drift = math.hypot(effects.floor_drift_x, effects.floor_drift_y)
-        fastest = max(fastest, world.limits.linear_speed * gain + drift)
+        speed = world.limits.linear_speed
+        if effects.deadband > 0.0:
+            # with one wheel standing the robot moves at half the other's rim speed
+            speed = max(speed, 0.5 * (speed + 0.5 * robot.drive.wheel_base * world.limits.angular_speed))
+        fastest = max(fastest, speed * gain + drift)
     # a servo loop may overshoot a command at the limit a little
     return 1.05 * fastest * world.tick

@@ -38,6 +38,8 @@ class Simulation:
     """
 
     def __init__(self, world: str | Path | WorldSpec, num_worlds: int = 1, engine: str = "chipmunk") -> None:
+        if num_worlds < 0:
+            raise WorldError(f"num_worlds is {num_worlds}, expected at least 0")
         announce_compilation()
         self.world = load_world(world)
         self.engine = check_engine(self.world, engine)
@@ -46,9 +48,8 @@ class Simulation:
         self._state = empty_state(self._parameters, num_worlds)
         self._points = start_points(self.world)
         self._objects = object_starts(self.world)
-        robots, walls = self.world.num_robots, len(self._parameters.walls)
-        self._wish = np.zeros((robots, 3))
-        self._contacts = disc.scratch(robots, walls)
+        self._wish = np.zeros((self.world.num_robots, 3))
+        self._contacts = disc.scratch(self._parameters)
         self._spaces = Spaces(self.world, num_worlds if self.engine == "chipmunk" else 0)
         self.reset(0)
 
@@ -69,6 +70,8 @@ class Simulation:
             WorldError: When the given poses do not fit.
         """
         worlds = np.arange(self.num_worlds) if which is None else np.asarray(which, np.int64)
+        if worlds.size and not 0 <= worlds.min() <= worlds.max() < self.num_worlds:
+            raise WorldError(f"which names world {worlds.max()}, expected indices from 0 to {self.num_worlds - 1}")
         drawn = world_keys(seed, first, len(worlds)) if keys is None else keys
         given = None if initial_poses is None else self._given_poses(initial_poses, len(worlds))
         for k, w in enumerate(worlds):
@@ -84,18 +87,36 @@ class Simulation:
 
         Args:
             commands: (W, R, 2) v in m/s and omega in rad/s.
+
+        Raises:
+            WorldError: For another shape or a value that is not finite.
         """
         array = np.ascontiguousarray(commands, dtype=np.float64)
+        expected = (self.num_worlds, self.world.num_robots, 2)
+        if array.shape != expected or not np.isfinite(array).all():
+            given = f"shape {array.shape}" if array.shape != expected else "a value that is not finite"
+            raise WorldError(f"commands: given {given}, expected {expected} finite speeds (worlds, robots, v omega) in m/s and rad/s")
         step_worlds(self._parameters, self._state, self._spaces.arrays, self.engine == "disc", array, self._wish, self._contacts)
 
     def observe(self) -> None:
-        """Take readings anew, for those who have moved robots by writing to :attr:`poses`."""
+        """Take readings anew, and tell the engine, for those who have moved robots by writing to :attr:`poses`."""
+        if self.engine == "chipmunk":
+            for w in range(self.num_worlds):
+                self._spaces.rebuild(w, self._state)
         sense_worlds(self._parameters, self._state, np.arange(self.num_worlds))
 
     def run(
         self, controllers: FloatArray, steps: int, every: int, poses: FloatArray, detections: npt.NDArray[np.uint8], commands: FloatArray
     ) -> None:
-        """Run every world with its controllers and write the recorded frames; shapes as in :func:`stepping.run_worlds`."""
+        """Run every world with its controllers and write the recorded frames; shapes as in :func:`stepping.run_worlds`.
+
+        Raises:
+            WorldError: When an array has another shape.
+        """
+        frames = (self.num_worlds, steps // every + 1, self.world.num_robots)
+        expected = [(*frames, 3), (*frames, self.world.num_sensors), (*frames, 2)]
+        if [poses.shape, detections.shape, commands.shape] != expected or controllers.shape[:2] != (frames[0], frames[2]):
+            raise WorldError(f"run: arrays do not have the shapes {expected}, or controllers not ({frames[0]}, {frames[2]}, numbers)")
         run_worlds(
             self._parameters, self._state, self._spaces.arrays, self.engine == "disc", controllers, steps, every,
             self._wish, self._contacts, poses, detections, commands,

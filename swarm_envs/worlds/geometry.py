@@ -33,10 +33,15 @@ def check_world_geometry(world: WorldSpec) -> None:
         where = f"{world.name}: objects[{index}]"
         if item.shape not in ("disc", "box"):
             raise WorldError(f"{where}.shape: given {item.shape!r}, expected 'disc' or 'box'")
+        if len(item.pose) != 3 or not all(isinstance(number, float) for number in (*item.pose, *item.size)):
+            raise WorldError(f"{where}: given pose {list(item.pose)} and size {list(item.size)}, expected [x, y, angle] and plain numbers")
         if len(item.size) != {"disc": 1, "box": 2}[item.shape]:
             raise WorldError(f"{where}.size: given {list(item.size)}, expected [radius] of a disc or [width, height] of a box")
         if not outer.contains(object_footprint(item)):
             raise WorldError(f"{where}.pose: the object does not lie inside the arena; move it")
+        others = [Polygon(obstacle.outline) for obstacle in world.arena.obstacles] + [object_footprint(o) for o in world.objects[:index]]
+        if any(object_footprint(item).intersection(other).area > 1e-9 for other in others):
+            raise WorldError(f"{where}.pose: the object overlaps an obstacle or another object; move it")
     _check_limit(world, "linear_speed", world.limits.linear_speed, min(r.drive.max_linear_speed for r in world.robots), "m/s")
     _check_limit(world, "angular_speed", world.limits.angular_speed, min(r.drive.max_angular_speed for r in world.robots), "rad/s")
     start_points(world)
@@ -78,9 +83,9 @@ def start_points(world: WorldSpec) -> npt.NDArray[np.float64]:
 
 def free_floor(world: WorldSpec, margin: float) -> shapely.Geometry:
     """Where the centre of a disc of radius ``margin`` m may be at the start: clear of walls, obstacles and objects."""
-    floor = Polygon(world.arena.outline).buffer(-margin, join_style="mitre")
+    floor = Polygon(world.arena.outline).buffer(-margin, quad_segs=32)
     taken = [Polygon(obstacle.outline) for obstacle in world.arena.obstacles] + [object_footprint(item) for item in world.objects]
-    return shapely.difference(floor, shapely.union_all([shape.buffer(margin) for shape in taken]))
+    return shapely.difference(floor, shapely.union_all([shape.buffer(margin, quad_segs=32) for shape in taken]))
 
 
 def object_footprint(item: PushableObject) -> Polygon:
@@ -120,6 +125,9 @@ def _inside(free: shapely.Geometry, points: npt.NDArray[np.float64]) -> npt.NDAr
 def _polygon(outline: tuple[tuple[float, float], ...], where: str) -> Polygon:
     if len(outline) < 3 or any(not isinstance(point, tuple) or len(point) != 2 for point in outline):
         raise WorldError(f"{where}: given {len(outline)} entries, expected at least 3 points [x, y]")
+    for index, point in enumerate(outline):
+        if math.dist(point, outline[index - 1]) < 1e-9:
+            raise WorldError(f"{where}: corner {index} at {list(point)} repeats the one before; list each corner once")
     shape = Polygon(outline)
     if not shape.is_valid or shape.area <= 0 or not all(math.isfinite(c) for point in outline for c in point):
         reason = shapely.is_valid_reason(shape)

@@ -18,7 +18,6 @@ from swarm_envs.worlds.quantity import Provenance, as_numbers, is_leaf, read_lea
 from swarm_envs.worlds.spec import (
     Arena,
     Body,
-    Broadcast,
     Contact,
     Drive,
     Limits,
@@ -35,7 +34,7 @@ ROBOTS = WORLDS / "robots"
 
 WORLD_KEYS = {
     "name", "description", "extends", "robot", "robots", "num_robots", "tick", "arena", "limits", "contact", "start",
-    "objects", "broadcast", "effects",
+    "objects", "effects",
 }  # fmt: skip
 ROBOT_KEYS = {"name", "description", "extends", "body", "drive", "sensors", "effects"}
 HARDWARE_KEYS = {"parts", "electronics"}
@@ -252,8 +251,8 @@ class _Reader:
         return self.build_model(node, str(node.get("name", "robot")), "robot.")
 
     def build_model(self, node: Mapping[str, Any], name: str, prefix: str) -> RobotModel:
-        if not isinstance(node["sensors"], list):
-            self.fail(f"{prefix}sensors", f"given {node['sensors']!r}, expected a list of sensors")
+        if not isinstance(node["sensors"], list) or not node["sensors"]:
+            self.fail(f"{prefix}sensors", f"given {node['sensors']!r}, expected a list of at least one sensor")
         return RobotModel(
             name=name,
             body=self.section(Body, node["body"], f"{prefix}body"),
@@ -288,7 +287,6 @@ class _Reader:
         objects = node.get("objects", [])
         if not isinstance(objects, list):
             self.fail("objects", f"given {objects!r}, expected a list")
-        broadcast = node.get("broadcast")
         return WorldSpec(
             name=str(node.get("name", self.path.stem)),
             description=str(node.get("description", "")),
@@ -298,7 +296,6 @@ class _Reader:
             contact=self.section(Contact, node.get("contact", {}), "contact"),
             start=self.section(Start, node.get("start", {}), "start"),
             objects=tuple(self.section(PushableObject, item, f"objects[{i}]") for i, item in enumerate(objects)),
-            broadcast=None if broadcast is None else self.section(Broadcast, broadcast, "broadcast"),
             tick=self.leaf(node["tick"], "tick", tick_field, float) if "tick" in node else 0.1,
             provenance=self.provenance,
         )

@@ -62,7 +62,7 @@ class Sensor:
     occlusion: bool = False
     """Whether opaque obstacles, opaque objects and reflex corners of the arena hide robots."""
     sees_objects: bool = False
-    """Whether pushable objects are reported like robots."""
+    """Whether pushable objects are reported like robots; a box counts as the disc inside it."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,10 @@ class Limits:
 
 @dataclass(frozen=True)
 class Contact:
-    """The one contact law's coefficients: Coulomb friction and Newton restitution."""
+    """The one contact law's coefficients: Coulomb friction and Newton restitution.
+
+    A robot's drive renews its wish each tick, so restitution throws it back for the rest of a tick at most; objects keep their bounce.
+    """
 
     robot_friction: float = quantity("1", 0.0, low=0.0, high=10.0)
     """Coulomb coefficient robot against robot or object."""
@@ -155,14 +158,6 @@ class Start:
 
 
 @dataclass(frozen=True)
-class Broadcast:
-    """A one-bit radio channel: each robot sends a bit, and hears whether any robot within range sends 1."""
-
-    range: float = quantity("m", low=0.0, high=1000.0)
-    """Greatest distance between the centres of sender and hearer."""
-
-
-@dataclass(frozen=True)
 class WorldSpec:
     """A whole world; :func:`swarm_envs.load_world` makes one from a name or a file."""
 
@@ -174,7 +169,6 @@ class WorldSpec:
     contact: Contact = field(default_factory=Contact)
     start: Start = field(default_factory=Start)
     objects: tuple[PushableObject, ...] = ()
-    broadcast: Broadcast | None = None
     tick: float = quantity("s", 0.1, low=1e-3, high=1.0)
     """Time from one command to the next."""
     description: str = ""
@@ -202,7 +196,7 @@ class WorldSpec:
 
         Args:
             count: 1 to 1000.
-            scale_arena: Grow or shrink the outline and obstacles so that the area per robot stays.
+            scale_arena: Grow or shrink the outline, obstacles and the objects' places so that the area per robot stays.
 
         Raises:
             WorldError: When ``count`` is out of range, or the robots do not fit.
@@ -214,7 +208,8 @@ class WorldSpec:
             factor = math.sqrt(count / self.num_robots)
             obstacles = tuple(dataclasses.replace(o, outline=_scaled(o.outline, factor)) for o in self.arena.obstacles)
             arena = dataclasses.replace(self.arena, outline=_scaled(self.arena.outline, factor), obstacles=obstacles)
-            world = dataclasses.replace(world, arena=arena)
+            objects = tuple(dataclasses.replace(o, pose=(o.pose[0] * factor, o.pose[1] * factor, o.pose[2])) for o in self.objects)
+            world = dataclasses.replace(world, arena=arena, objects=objects)
         return world
 
     def replace(self, **changes: Any) -> Self:

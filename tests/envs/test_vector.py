@@ -84,3 +84,19 @@ def test_each_copy_is_drawn() -> None:
     native = SwarmVectorEnv(2, render_mode="rgb_array")
     native.reset(seed=0)
     assert [picture.shape for picture in native.render() or ()] == [(426, 513, 3)] * 2
+
+
+def test_a_masked_reset_leaves_the_other_copies_generators_alone() -> None:
+    native, twin = SwarmVectorEnv(2), SwarmVectorEnv(2)
+    for env in (native, twin):
+        env.reset(seed=3)
+    native.reset(seed=9, options={"reset_mask": np.array([True, False])})
+    assert (native.reset()[1]["poses"][1] == twin.reset()[1]["poses"][1]).all()
+
+
+def test_numpy_seeds_are_seeds_and_a_step_before_reset_is_refused() -> None:
+    native = SwarmVectorEnv(2)
+    with pytest.raises(ValueError, match="step was called before reset"):
+        native.step(np.zeros((2, 8, 2)))
+    first = native.reset(seed=np.int64(3))[1]["poses"]  # type: ignore[arg-type]
+    assert (native.reset(seed=3)[1]["poses"] == first).all()

@@ -19,7 +19,7 @@ def sampled_sector_hits(relative: np.ndarray, half_angle: float, reach: float, r
     angles = np.linspace(-half_angle, half_angle, 181)
     directions = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     along = np.maximum(relative @ directions.T, 0.0)
-    squared = (relative**2).sum(axis=1)[:, None] - along**2 + np.maximum(-(relative @ directions.T), 0.0) ** 2 * 0.0
+    squared = (relative**2).sum(axis=1)[:, None] - along**2
     return (squared.min(axis=1) <= radius**2) & (np.hypot(*relative.T) <= reach)
 
 
