@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import gc
 import warnings
-import weakref
 from typing import Any
 
 import gymnasium as gym
@@ -141,12 +139,3 @@ def test_a_missing_agents_action_is_refused() -> None:
     many.reset(seed=0)
     with pytest.raises(ValueError, match="actions lack 'robot_7'"):
         many.step({agent: np.zeros(2) for agent in many.agents[:-1]})
-
-
-def test_a_parallel_environment_that_is_let_go_is_freed() -> None:
-    many = SwarmParallelEnv()
-    assert many.action_space("robot_0") is many.action_space("robot_0")
-    watched = weakref.ref(many)
-    del many
-    gc.collect()
-    assert watched() is None
