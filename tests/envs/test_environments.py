@@ -20,6 +20,8 @@ from swarm_envs.envs import SwarmEnv, SwarmParallelEnv, register_environments
 def warnings_are_errors() -> object:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
+        # what other tests of this process left open may be collected at any time
+        warnings.simplefilter("ignore", ResourceWarning)
         yield
 
 
