@@ -124,8 +124,14 @@ def test_a_page_that_outlives_its_server_says_so_and_can_still_stop_the_next(pag
         serving.command = command
     wait_for(lambda: states(page) == {"HOLD"}, 10, "the page to find the new server")
     serving.start_all(robots)
-    press(page, "[data-post=rearm]")
-    wait_for(lambda: "earlier server" in page.find_element("id", "banner").text, 5, "the old token to be refused")
+
+    def refused() -> bool:
+        # pressed anew each time: on a busy machine the warning that the server is silent may take the answer's place for a moment
+        page.execute_script("document.querySelector('[data-post=rearm]').click()")
+        time.sleep(0.2)
+        return "earlier server" in page.find_element("id", "banner").text
+
+    wait_for(refused, 10, "the old token to be refused")
     pressed = time.monotonic_ns()
     press(page, "#stop")
     assert max(stop_times(robots, pressed)) < 0.5
