@@ -2,5 +2,6 @@
 
 from swarm_envs.calibration.errors import LogError
 from swarm_envs.calibration.log import Log, Track, read_log
+from swarm_envs.calibration.prediction import evaluate
 
-__all__ = ["Log", "LogError", "Track", "read_log"]
+__all__ = ["Log", "LogError", "Track", "evaluate", "read_log"]
