@@ -56,7 +56,17 @@ def load_world(world: str | Path | WorldSpec, *, num_robots: int | None = None) 
     Raises:
         WorldError: When there is no such world, or the file is wrong; one line with file, key and reason.
     """
-    spec = world if isinstance(world, WorldSpec) else _Reader(_find(str(world), WORLDS, "world")).world()
+    if isinstance(world, WorldSpec):
+        return _checked(world, num_robots)
+    path = _find(str(world), WORLDS, "world")
+    spec = _Reader(path).world()
+    try:
+        return _checked(spec, num_robots)
+    except WorldError as error:  # a spec knows its name; the reader of the message needs the file
+        raise WorldError(f"{path.name}: {str(error).removeprefix(f'{spec.name}: ')}") from None
+
+
+def _checked(spec: WorldSpec, num_robots: int | None) -> WorldSpec:
     if num_robots is not None:
         spec = spec.with_robots(num_robots)
     check_world_geometry(spec)
@@ -124,7 +134,10 @@ def _read_yaml(path: Path, seen: tuple[Path, ...] = ()) -> dict[str, Any]:
         return document
     sibling = path.parent / f"{base}.yaml"
     folder = ROBOTS if path.parent == ROBOTS else WORLDS
-    base_path = sibling if sibling.is_file() else _find(str(base), folder, "base")
+    try:
+        base_path = sibling if sibling.is_file() else _find(str(base), folder, "base")
+    except WorldError as error:
+        raise WorldError(f"{path.name}: extends: {error}") from None
     merged: dict[str, Any] = _merge(_read_yaml(base_path, (*seen, path)), document)
     return merged
 
