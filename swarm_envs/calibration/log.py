@@ -115,7 +115,7 @@ def read_log(folder: str | Path) -> Log:
         raise LogError(f"{folder}/commands: no rows; a log needs the commands that the robots were given")
     tracks = tuple(_track(key, tables) for key in keys)
     return Log(
-        name=str(description.get("name", folder.name)), tracks=tracks, outline=_outline(description.get("outline"), folder / "log.yaml"),
+        name=str(description.get("name", folder.name)), tracks=tracks, outline=_outline(_given_outline(description), folder / "log.yaml"),
         driver_units=driver_units, notes=tuple(notes),
     )  # fmt: skip
 
@@ -155,6 +155,12 @@ def _scales(units: Any, path: Path) -> tuple[dict[str, float], bool]:
         else:
             raise LogError(f"{path}: units.{column} is {text!r}, expected one of {', '.join(known)}")
     return scales, driver
+
+
+def _given_outline(description: dict[str, Any]) -> Any:
+    """The outline at the top of the file or, as in a world file, under ``arena``."""
+    arena = description.get("arena")
+    return description.get("outline", arena.get("outline") if isinstance(arena, dict) else None)
 
 
 def _outline(given: Any, path: Path) -> tuple[tuple[float, float], ...] | None:
