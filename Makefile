@@ -62,7 +62,7 @@ $(VENV)/installed-discovery: pyproject.toml | $(VENV)/bin/python
 
 $(VENV)/installed-dev: pyproject.toml | $(VENV)/bin/python
 	@echo "setting up $(VENV) with what the tests need (once; about 3 GB, a few minutes)"
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[discovery,deployment,hardware,video,dev]"
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[discovery,deployment,hardware,video,window,trainers,calibration,dev]"
 	@touch $@ $(VENV)/installed-discovery $(VENV)/installed-hardware
 
 $(VENV)/installed-hardware: pyproject.toml | $(VENV)/bin/python

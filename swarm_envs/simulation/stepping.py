@@ -9,6 +9,7 @@ from swarm_envs.compiled import compiled
 from swarm_envs.simulation import chipmunk, disc
 from swarm_envs.simulation.actuation import give_commands
 from swarm_envs.simulation.chipmunk import SpaceArrays
+from swarm_envs.simulation.hearing import hear, tell_what_is_seen
 from swarm_envs.simulation.parameters import FloatArray, WorldArrays
 from swarm_envs.simulation.sensing import sense
 from swarm_envs.simulation.state import StateArrays
@@ -49,6 +50,8 @@ def advance_world(
         chipmunk.advance(world, state, spaces, w, wish)
     state.ticks[w] += 1
     sense(world, state, w)
+    if world.broadcast_range > 0.0:
+        hear(world, state, w)
 
 
 @compiled()
@@ -79,12 +82,13 @@ def run_worlds(
         spaces: Chipmunk's memory.
         use_disc: Which engine solves contacts.
         controllers: (W, R, 2 * 2^K) pairs (v, omega) in m/s and rad/s; the pair's index is the number that K readings write in binary.
+            Where the world has a broadcast, a robot sends whether its sensors report something.
         steps: Ticks to run.
         every: Ticks from one recorded frame to the next.
         wish: (R, 3) scratch memory.
         contacts: (C, 10) scratch memory.
         poses: (W, F, R, 3) written.
-        detections: (W, F, R, S) written.
+        detections: (W, F, R, S) written; S + 1 with a broadcast.
         commands: (W, F, R, 2) written: what each robot does about the frame's detections.
     """
     now = np.empty((state.poses.shape[1], 2))
@@ -96,6 +100,8 @@ def run_worlds(
                 detections[w, k // every] = state.detections[w]
                 commands[w, k // every] = now
             if k < steps:
+                if world.broadcast_range > 0.0:
+                    tell_what_is_seen(state, w)
                 advance_world(world, state, spaces, use_disc, w, now, wish, contacts)
 
 
@@ -118,3 +124,5 @@ def sense_worlds(world: WorldArrays, state: StateArrays, which: npt.NDArray[np.i
     """Take the first readings of the worlds with these indices."""
     for w in which:
         sense(world, state, w)
+        if world.broadcast_range > 0.0:
+            hear(world, state, w)

@@ -18,6 +18,7 @@ from swarm_envs.worlds.quantity import Provenance, as_numbers, is_leaf, read_lea
 from swarm_envs.worlds.spec import (
     Arena,
     Body,
+    Broadcast,
     Contact,
     Drive,
     Limits,
@@ -34,7 +35,7 @@ ROBOTS = WORLDS / "robots"
 
 WORLD_KEYS = {
     "name", "description", "extends", "robot", "robots", "num_robots", "tick", "arena", "limits", "contact", "start",
-    "objects", "effects",
+    "objects", "broadcast", "effects",
 }  # fmt: skip
 ROBOT_KEYS = {"name", "description", "extends", "body", "drive", "sensors", "effects"}
 HARDWARE_KEYS = {"parts", "electronics"}
@@ -309,6 +310,7 @@ class _Reader:
             contact=self.section(Contact, node.get("contact", {}), "contact"),
             start=self.section(Start, node.get("start", {}), "start"),
             objects=tuple(self.section(PushableObject, item, f"objects[{i}]") for i, item in enumerate(objects)),
+            broadcast=self.section(Broadcast, node["broadcast"], "broadcast") if "broadcast" in node else None,
             tick=self.leaf(node["tick"], "tick", tick_field, float) if "tick" in node else 0.1,
             provenance=self.provenance,
         )
