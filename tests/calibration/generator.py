@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from tests.calibration.hidden.drives import messages, programme
 from tests.calibration.hidden.motion import Scene, Track, simulate
 from tests.calibration.hidden.ranges import EFFECTS, EffectRange, draw
-from tests.calibration.hidden.swarms import ARENA, pushes, swarms
+from tests.calibration.hidden.swarms import ARENA, PUSHERS, pushes, swarms
 from tests.calibration.hidden.tracker import Noise, observe
 from tests.calibration.hidden.unlisted import UNLISTED, Extra
 from tests.calibration.hidden.wheels import Effects
@@ -94,7 +94,7 @@ def generate_log(
             robots = int(random.integers(4, 9))
             scene, places = swarms(random, count, robots, factors[:robots]), _grid("swarm", count, robots)
         else:
-            scene, places = pushes(random, count, factors[:4]), _grid("push", count, 4)
+            scene, places = pushes(random, count, factors[:PUSHERS]), _grid("push", count, PUSHERS)
         _write_down(simulate(scene, effects, random, hidden), places, effects, noise, random, rows)
     return _save(folder, rows, arena=any(procedure != "drives" for procedure in procedures))
 

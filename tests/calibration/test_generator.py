@@ -14,7 +14,7 @@ from tests.calibration.generator import EFFECTS, UNLISTED, draw, generate_log, r
 from tests.calibration.hidden.contact import RADIUS, resolve
 from tests.calibration.hidden.motion import STEP, Scene, Track, simulate
 from tests.calibration.hidden.sensor import in_view, read
-from tests.calibration.hidden.swarms import ARENA, pushes, swarms
+from tests.calibration.hidden.swarms import ARENA, PUSHERS, pushes, swarms
 from tests.calibration.hidden.tracker import Noise, observe
 from tests.calibration.hidden.wheels import WHEEL_BASE
 
@@ -230,7 +230,7 @@ def test_robots_share_the_momentum_of_a_push():
 def test_robots_touch_at_their_radius_and_never_pass_into_each_other_or_a_wall(radius):
     random = np.random.default_rng(4)
     nearest, room = [], []
-    for scene in (swarms(random, 2, 8, np.ones((8, 2))), pushes(random, 4, np.ones((4, 2)))):
+    for scene in (swarms(random, 2, 8, np.ones((8, 2))), pushes(random, 4, np.ones((PUSHERS, 2)))):
         poses = simulate(scene, {"collision_radius": {"radius": radius}}, random).poses
         apart = np.hypot(*(poses[:, :, :, None, k] - poses[:, :, None, :, k] for k in (0, 1)))
         apart[..., np.eye(apart.shape[-1], dtype=bool)] = np.inf
