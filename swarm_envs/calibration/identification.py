@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -65,10 +66,16 @@ class Identified:
     """Effects tried last and not named, each with its corrected p-value."""
     gains_first: bool
     """Whether the commands were so far from SI units that gains were fitted before anything else."""
+    data: Measured
+    """What was fitted."""
+    start: Model
+    """The drive as the world had it, with the noise that explains the log then."""
+    without: tuple[Model, ...]
+    """For each held-out group the model fitted to the others."""
 
 
 @dataclass(frozen=True)
-class _Trial:
+class Trial:
     """A candidate added to a model."""
 
     name: str
@@ -90,10 +97,10 @@ def identify(log: Log, world: WorldSpec, progress: Progress = lambda text: None)
     Raises:
         LogError: When nothing in the log can be predicted.
     """
-    return _Search(log, world, progress).run()
+    return Search(log, world, progress).run()
 
 
-class _Search:
+class Search:
     """State of one identification."""
 
     def __init__(self, log: Log, world: WorldSpec, progress: Progress) -> None:
@@ -107,11 +114,13 @@ class _Search:
             self.gains_first = True
             base[LINEAR_GAIN] *= rough[0] if np.isfinite(rough[0]) else 1.0
             base[ANGULAR_GAIN] *= rough[1] if np.isfinite(rough[1]) else 1.0
+        self.base = base
         self.named: list[str] = []
         self.records: dict[str, tuple[float, float]] = {}
         self.groups: list[tuple[str, ...]] = []
         first = ["linear_gain"] * bool(np.isfinite(rough[0])) + ["angular_gain"] * bool(np.isfinite(rough[1]))
         start = Model(base, rough_noise(self.data), np.ones((robots, 2)))
+        self.start = dataclasses.replace(start, parameters=drive_parameters(world))
         self.fit = fit(start, [*NOISE_FREE], self.data, 30)
         if self.gains_first:
             self.named = first
@@ -119,6 +128,7 @@ class _Search:
             self.fit = self.refit(self.fit.model)
 
     def run(self) -> Identified:
+        """Add effects while they are real."""
         rejected: tuple[tuple[str, float], ...] = ()
         while len(self.named) < MOST_EFFECTS + 2 * self.gains_first:
             trials = self.trials()
@@ -136,7 +146,7 @@ class _Search:
 
     # the candidates of a round
 
-    def trials(self) -> list[_Trial]:
+    def trials(self) -> list[Trial]:
         """Fit every candidate that is not in yet, the best first."""
         scanned: list[tuple[float, Candidate, Model]] = []
         for candidate in DRIVE_CANDIDATES:
@@ -150,14 +160,14 @@ class _Search:
             if rank < SHORTLIST and gain > 2.0:
                 fitted = self.polish(candidate, model)
                 model, gain = fitted.model, fitted.log_likelihood - self.fit.log_likelihood
-            trials.append(_Trial(candidate.name, model, gain, len(candidate.parameters)))
+            trials.append(Trial(candidate.name, model, gain, len(candidate.parameters)))
         if len(self.data.robots) > 1 and "robot_spread" not in self.named:
             trials.append(self.spread_trial())
         self.progress(", ".join(f"{t.name} {t.gain:.1f}" for t in sorted(trials, key=self.merit, reverse=True)[:4]))
         return sorted(trials, key=self.merit, reverse=True)
 
     @staticmethod
-    def merit(trial: _Trial) -> float:
+    def merit(trial: Trial) -> float:
         """Gain in log-likelihood less what its parameters would gain by chance."""
         return trial.gain - 2.0 * trial.numbers
 
@@ -210,9 +220,10 @@ class _Search:
         return [*entries, *NOISE_FREE]
 
     def refit(self, model: Model) -> Fit:
+        """Fit all named effects and the noise."""
         return self.climb(model, self.named, self.data, 20)
 
-    def spread_trial(self) -> _Trial:
+    def spread_trial(self) -> Trial:
         """Let each robot have its own gains, and weigh that against how much such freedom fits by itself."""
         robots = len(self.data.robots)
         fitted = self.climb(self.fit.model, [*self.named, "robot_spread"], self.data)
@@ -220,16 +231,16 @@ class _Search:
         factors = fitted.model.gains.ravel()
         spread = factors_spread(factors, inverse(fitted.fisher)[np.ix_(entries, entries)])
         gain = fitted.log_likelihood - self.fit.log_likelihood + spread.evidence
-        return _Trial("robot_spread", fitted.model, gain, 1)
+        return Trial("robot_spread", fitted.model, gain, 1)
 
     # is it real?
 
-    def p_value(self, trial: _Trial, tried: int) -> float:
+    def p_value(self, trial: Trial, tried: int) -> float:
         """Return the p-value of a likelihood ratio, widened where residuals are not as independent as the model has them."""
         inflation = self.inflation(trial)
         return float(min(1.0, tried * chi2.sf(2.0 * max(trial.gain, 0.0) / inflation, trial.numbers)))
 
-    def inflation(self, trial: _Trial) -> float:
+    def inflation(self, trial: Trial) -> float:
         """Return how much more the score varies over blocks than the model expects, at least 1."""
         likelihood = trial.model.filtered(self.data).log_likelihood - self.fit.model.filtered(self.data).log_likelihood
         blocks = block_sums(likelihood[:, None], self.data)[:, 0]
@@ -238,7 +249,7 @@ class _Search:
         spread = float(np.sum((blocks - blocks.mean()) ** 2))
         return float(np.clip(spread / expected, 1.0, 1e3)) if trial.gain < 200.0 else 1.0
 
-    def accept(self, trial: _Trial, tried: int) -> bool:
+    def accept(self, trial: Trial, tried: int) -> bool:
         """Whether an effect is real: significant, and better on runs that were held out."""
         p = self.p_value(trial, tried)
         if p > SIGNIFICANT or not self.matters(trial):
@@ -250,7 +261,7 @@ class _Search:
         self.records[trial.name] = (held_out, p)
         return True
 
-    def matters(self, trial: _Trial) -> bool:
+    def matters(self, trial: Trial) -> bool:
         """Whether an effect is large enough to change what a robot does."""
         if trial.name == "robot_spread":
             return bool(np.abs(trial.model.gains - 1.0).max() > 0.01)
@@ -260,7 +271,7 @@ class _Search:
             for p in BY_NAME[trial.name].parameters
         )
 
-    def heldout(self, trial: _Trial, folds: int = 4) -> float:
+    def heldout(self, trial: Trial, folds: int = 4) -> float:
         """Return what a candidate gains on poses that were not fitted, in nats."""
         groups = len(self.data.runs)
         if groups < 2:
@@ -280,23 +291,36 @@ class _Search:
             if name == "robot_spread" or (self.gains_first and name in ("linear_gain", "angular_gain")):
                 continue
             candidate = BY_NAME[name]
-            neutral = [float(np.isin(p.field, ("linear_gain", "angular_gain"))) for p in candidate.parameters]
-            if name == "saturation":
-                neutral = [np.inf]
+            neutral = [float(self.base[p.index]) for p in candidate.parameters]
             others = [other for other in self.named if other != name]
             without = self.climb(self.fit.model.with_values(candidate.parameters, neutral), others, self.data)
             lost = self.fit.log_likelihood - without.log_likelihood
-            if chi2.sf(2 * max(lost, 0.0), len(candidate.parameters)) * len(DRIVE_CANDIDATES) > SIGNIFICANT:
+            idle = all(abs(self.fit.model.parameters[p.index] - self.base[p.index]) < p.smallest for p in candidate.parameters)
+            if idle or chi2.sf(2 * max(lost, 0.0), len(candidate.parameters)) * len(DRIVE_CANDIDATES) > SIGNIFICANT:
                 self.progress(f"{name} is no longer needed")
                 self.named, self.fit = others, without
 
     # the answer
 
     def result(self, rejected: tuple[tuple[str, float], ...]) -> Identified:
+        """Say what was found."""
         twins = [(name, *BY_NAME[name].twins) for name in self.named if name in BY_NAME and BY_NAME[name].twins]
         groups = [*self.groups, *twins]
         causes = tuple(self.cause(name) for name in self.named)
-        return Identified(causes, self.fit.model, self.data.robots, tuple(groups), rejected, self.gains_first)
+        return Identified(
+            causes, self.fit.model, self.data.robots, tuple(groups), rejected, self.gains_first, self.data, self.start, self.leave_out()
+        )
+
+    def leave_out(self) -> tuple[Model, ...]:
+        """Return for each group the model with the named effects, fitted without the group's fold."""
+        groups = len(self.data.runs)
+        folds = min(6, groups)
+        models: list[Model] = []
+        for fold in range(folds):
+            train = [g for g in range(groups) if folds == 1 or g % folds != fold]
+            models.append(self.climb(self.fit.model, self.named, self.data.of_runs(train), 5).model)
+            self.progress(f"fitted without part {fold + 1} of {folds}")
+        return tuple(models[g % folds] for g in range(groups))
 
     def cause(self, name: str) -> Cause:
         """Describe a named effect."""
@@ -306,6 +330,7 @@ class _Search:
         return Cause(name, numbers, gain, p, sentence.format(**{key: value.estimate for key, value in numbers.items()}))
 
     def estimates(self, candidate: Candidate) -> dict[str, Estimate]:
+        """Return an effect's numbers with their intervals, the wider of what the model and what the residuals say."""
         covariance, robust = self.fit.covariance, self.fit.robust_covariance(self.data)
         found = {}
         for parameter in candidate.parameters:
@@ -335,6 +360,7 @@ class _Search:
         return edge(drop, value, parameter.low), edge(drop, value, parameter.high)
 
     def spread_estimates(self) -> dict[str, Estimate]:
+        """Return how much robots differ, and each one's factors."""
         robots = len(self.data.robots)
         entries = [k for k, entry in enumerate(self.fit.fitted) if entry in free_gains(robots)]
         covariance = inverse(self.fit.fisher)[np.ix_(entries, entries)]
@@ -443,4 +469,4 @@ def rough_noise(data: Measured) -> FloatArray:
     return np.array([max(sd[0], sd[1]), sd[2], 3e-3, 2e-3, 3e-2])
 
 
-__all__ = ["Cause", "Estimate", "Identified", "identify"]
+__all__ = ["Cause", "Estimate", "Identified", "Search", "identify"]
