@@ -27,7 +27,7 @@ class SwarmParallelEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's class
 
     The world, the actions and the observations are those of :class:`swarm_envs.envs.SwarmEnv`, one robot's share for each agent:
     actions ``Box((2,), float32)`` v in m/s and omega in rad/s, and in a world with a broadcast a third number, sent above 0.5;
-    observations ``Box(0, 1, (readings,), int8)``; every agent gets the swarm's reward, zero without a task; all agents are truncated together
+    observations ``Box(0, 1, (readings,), int8)``; every agent gets the swarm's reward, zero without a task; all agents are truncated
     after ``max_ticks``. :meth:`state` is what a central critic may see.
 
     Args:

@@ -62,6 +62,7 @@ def rollouts(
     poses = np.empty((count, frames, spec.num_robots, 3))
     detections = np.zeros((count, frames, spec.num_robots, spec.num_readings), np.uint8)
     commands = np.empty((count, frames, spec.num_robots, 2))
+    objects = np.empty((count, frames, len(spec.objects), 3)) if spec.objects else None
     starts = None if initial_poses is None else np.asarray(initial_poses, dtype=np.float64)
     if starts is not None and starts.shape != (count, spec.num_robots, 3):
         raise WorldError(f"initial_poses: shape is {starts.shape}, expected {(count, spec.num_robots, 3)} (worlds, robots, x y heading)")
@@ -70,14 +71,22 @@ def rollouts(
         part = slice(first, min(first + CHUNK, count))
         simulation = Simulation(spec, part.stop - first, chosen)
         simulation.reset(seed, first=first, initial_poses=None if starts is None else starts[part])
-        simulation.run(array[part], steps, record_every, poses[part], detections[part], commands[part])
+        if objects is None:
+            simulation.run(array[part], steps, record_every, poses[part], detections[part], commands[part])
+            return
+        objects[part, 0] = simulation.objects
+        simulation.run(array[part], 0, 1, poses[part, :1], detections[part, :1], commands[part, :1])
+        for k in range(frames - 1):  # compiled code does not write objects down: from one recorded frame to the next
+            two = (part, slice(k, k + 2))
+            simulation.run(array[part], record_every, record_every, poses[two], detections[two], commands[two])
+            objects[part, k + 1] = simulation.objects
 
     workers = threads or os.cpu_count() or 1
     with ThreadPoolExecutor(max_workers=workers) as pool:
         for _ in pool.map(run, range(0, count, CHUNK)):
             pass
     time = np.arange(frames, dtype=np.float64) * (record_every * spec.tick)
-    return Trajectories(spec, chosen, time, poses, detections[..., 0] if spec.num_readings == 1 else detections, commands)
+    return Trajectories(spec, chosen, time, poses, detections[..., 0] if spec.num_readings == 1 else detections, commands, objects)
 
 
 def check_controllers(world: WorldSpec, controllers: npt.ArrayLike) -> FloatArray:
