@@ -14,6 +14,7 @@ from swarm_envs.calibration.extension import extend
 from swarm_envs.calibration.gain import Gain, heldout_gain
 from swarm_envs.calibration.identification import Cause, Identified, identify
 from swarm_envs.calibration.log import Log, read_log
+from swarm_envs.calibration.sensing import identify_sensor
 from swarm_envs.worlds import WorldSpec, load_world
 
 LARGEST = 3
@@ -92,16 +93,19 @@ def calibrate(log: str | Path | Log, world: str | Path | WorldSpec, progress: Ca
     spec = load_world(world)
     log = read_log(log) if isinstance(log, str | Path) else log
     found = identify(log, spec, progress)
+    seen = identify_sensor(log, spec, found.model.noise, progress)
+    causes = (*found.causes, *seen.causes)
     wrong = criticise(residuals(log, found.start, found.robots))
     left = criticise(residuals(log, found.model, found.robots))
     notes = list(log.notes)
     if found.gains_first:
         notes.insert(0, "Commands are not in SI units, or far from them: gains were fitted first.")
     return Findings(
-        world=spec.name, log=log, discrepancies=tuple(_largest(wrong)), causes=found.causes, indistinguishable=found.indistinguishable,
-        rejected=found.rejected, unexplained=left[0] if left else None,
+        world=spec.name, log=log, discrepancies=tuple(_largest(wrong)), causes=causes,
+        indistinguishable=(*found.indistinguishable, *seen.indistinguishable),
+        rejected=(*found.rejected, *seen.rejected), unexplained=left[0] if left else None,
         gain=tuple(heldout_gain(log, found.data, found.start.parameters, found.without)),
-        extended=extend(spec, found.causes, log.name), identified=found, notes=tuple(notes),
+        extended=extend(spec, causes, log.name), identified=found, notes=tuple(notes),
     )  # fmt: skip
 
 
