@@ -93,7 +93,7 @@ def calibrate(log: str | Path | Log, world: str | Path | WorldSpec, progress: Ca
     spec = load_world(world)
     log = read_log(log) if isinstance(log, str | Path) else log
     found = identify(log, spec, progress)
-    seen = identify_sensor(log, spec, found.model.noise, progress)
+    seen = identify_sensor(log, spec, found, progress)
     causes = (*found.causes, *seen.causes)
     wrong = criticise(residuals(log, found.start, found.robots))
     left = criticise(residuals(log, found.model, found.robots))

@@ -15,14 +15,15 @@ from scipy.optimize import minimize_scalar
 from scipy.special import ndtr
 from scipy.stats import chi2
 
-from swarm_envs.calibration.identification import CLOSE, SIGNIFICANT, Cause, Estimate, edge
+from swarm_envs.calibration.drive import free_run
+from swarm_envs.calibration.filtering import HEADING, PLACE
+from swarm_envs.calibration.fitting import Model
+from swarm_envs.calibration.identification import CLOSE, SIGNIFICANT, Cause, Estimate, Identified, edge
 from swarm_envs.calibration.log import BoolArray, FloatArray, Log, Track
 from swarm_envs.worlds import WorldSpec
 
 GRID = 0.01
 """Step in s at which paths are tabulated."""
-SMOOTHED = 5
-"""Poses over whose line the tracker's noise is smoothed."""
 SURPRISE = 2e-3
 """Probability of a reading that nothing in the model allows."""
 ENOUGH = 100
@@ -83,16 +84,18 @@ class _Path:
 
     begin: float
     poses: FloatArray
+    """(T, 4) x and y in m, heading in rad as measured, absolute turn rate in rad/s as the drive's model has it."""
     measured: BoolArray
 
 
 class _Readings:
     """The readings of a log, with views at any delay."""
 
-    def __init__(self, log: Log) -> None:
+    def __init__(self, log: Log, model: Model, robots: Sequence[str]) -> None:
         self.runs: list[list[tuple[Track, _Path]]] = []
         for run in log.runs:
-            self.runs.append([(track, _path(track)) for track in log.tracks if track.run == run and len(track.times) > SMOOTHED])
+            tracks = [track for track in log.tracks if track.run == run and len(track.times) > 1 and track.robot in robots]
+            self.runs.append([(track, _path(track, model, robots.index(track.robot))) for track in tracks])
         self.most = max([len(tracks) for tracks in self.runs], default=0)
         self.known: dict[int, Views] = {}
 
@@ -127,8 +130,7 @@ class _Readings:
                     off = np.arctan2(gone[:, 1], gone[:, 0]) - me[:, 2]
                     bearing[:, column] = (off + np.pi) % (2 * np.pi) - np.pi
                     column += 1
-                before, after = _at(path, looked - 0.05)[0], _at(path, looked + 0.05)[0]
-                turning = np.abs(after[:, 2] - before[:, 2]) / 0.1
+                turning = me[:, 3]
                 detected = track.detections[kept]
                 parts.append(Views(distance[seen], bearing[seen], turning[seen], detected[seen], np.full(int(seen.sum()), float(number))))
         if not parts:
@@ -136,22 +138,23 @@ class _Readings:
         return Views(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in dataclasses.fields(Views)))
 
 
-def _path(track: Track) -> _Path:
-    weights = np.ones(SMOOTHED) / SMOOTHED
-    poses = track.poses.copy()
-    half = SMOOTHED // 2
-    for k in range(3):
-        poses[half:-half, k] = np.convolve(track.poses[:, k], weights, mode="valid")
-    times = track.times.copy()
-    times[half:-half] = np.convolve(track.times, weights, mode="valid")
+def _path(track: Track, model: Model, robot: int) -> _Path:
+    """Tabulate a path.
+
+    Poses are not smoothed: a controller turns where a reading changes, and a smoothed corner would feign a late sensor.
+    """
+    times = track.times
     grid = np.arange(times[0], times[-1], GRID)
     near = np.searchsorted(times, grid)
     gap = times[np.minimum(near, len(times) - 1)] - times[np.maximum(near - 1, 0)]
-    return _Path(float(times[0]), np.column_stack([np.interp(grid, times, poses[:, k]) for k in range(3)]), gap < 0.3)
+    turned = free_run(model.parameters, dataclasses.replace(track, times=grid), model.gains[robot]).path[:, 2]
+    turning = np.abs(np.diff(turned, prepend=turned[0])) / GRID
+    poses = np.column_stack([np.interp(grid, times, track.poses[:, k]) for k in range(3)])
+    return _Path(float(times[0]), np.column_stack([poses, turning]), gap < 0.3)
 
 
 def _at(path: _Path, times: FloatArray) -> tuple[FloatArray, BoolArray]:
-    """Return the poses (D, 3) at some times and whether (D,) they were measured."""
+    """Return the poses and turn rates (D, 4) at some times and whether (D,) they were measured."""
     index = np.round((times - path.begin) / GRID).astype(np.int64)
     inside = (index >= 0) & (index < len(path.poses))
     index = np.clip(index, 0, len(path.poses) - 1)
@@ -167,30 +170,30 @@ class SensorFindings:
     indistinguishable: tuple[tuple[str, ...], ...]
 
 
-def identify_sensor(log: Log, world: WorldSpec, noise: FloatArray, progress: Callable[[str], None] = lambda text: None) -> SensorFindings:
+def identify_sensor(log: Log, world: WorldSpec, drive: Identified, progress: Callable[[str], None] = lambda text: None) -> SensorFindings:
     """Name the effects of the sensor that explain a log's detections.
 
     Args:
         log: The log.
         world: Its first robot's first sensor is what the log is compared with.
-        noise: (5,) of the drive's fit: the tracker's place in m and heading in rad come first.
+        drive: What explains the log's drives: turn rates and the tracker's noise.
         progress: Called with a line at each step.
     """
-    search = _Search(log, world, noise)
+    search = _Search(log, world, drive)
     if len(search.readings.views(0.0).detected) < ENOUGH or search.readings.most < 2:
         return SensorFindings((), (), ())
     return search.run(progress)
 
 
 class _Search:
-    def __init__(self, log: Log, world: WorldSpec, noise: FloatArray) -> None:
+    def __init__(self, log: Log, world: WorldSpec, drive: Identified) -> None:
         robot = world.robots[0]
         sensor, effects = robot.sensors[0], robot.effects
-        self.readings = _Readings(log)
+        self.readings = _Readings(log, drive.model, drive.robots)
         self.radius = robot.body.visible_radius
         self.at_full_range, self.when_driving = effects.misses_at_full_range, effects.misses_when_driving
-        smooth = 1.0 / np.sqrt(SMOOTHED)
-        self.place, self.heading = max(float(noise[0]) * smooth, 5e-4), max(float(noise[1]) * smooth, 1e-3)
+        noise = drive.model.noise
+        self.place, self.heading = max(float(noise[PLACE]), 5e-4), max(float(noise[HEADING]), 1e-3)
         self.numbers = np.array([
             sensor.range, sensor.half_angle, sensor.bearing + effects.sensor_yaw, effects.missed_detections, effects.misses_when_turning,
             effects.false_detections, effects.sensor_delay, 0.0,
