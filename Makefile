@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 # Arguments for the discovery command, such as: make discover ARGS="experiment=paper seed=3"
 ARGS ?=
 
-.PHONY: help discover test lint format bench firmware firmware-test firmware-fuzz hardware clean
+.PHONY: help discover test lint format bench firmware firmware-test firmware-fuzz hardware docs clean
 
 help:
 	@echo "make discover   from nothing to a report of ten discovered behaviours (ARGS=\"experiment=paper seed=3\")"
@@ -13,6 +13,7 @@ help:
 	@echo "make bench      speed of the simulation, with a table"
 	@echo "make firmware   size of the robot's code on its processors; firmware-test and firmware-fuzz try it there"
 	@echo "make hardware   parts and assembly of the robot as STEP and STL, checked and drawn"
+	@echo "make docs       the site, into docs/_build/html (needs node and npm)"
 	@echo "make format     format the sources"
 	@echo "make clean      remove the virtual environment"
 
@@ -46,6 +47,9 @@ firmware-fuzz: $(VENV)/installed-dev
 hardware: $(VENV)/installed-hardware
 	$(BIN)/python -m hardware.export
 
+docs: $(VENV)/installed-dev
+	$(BIN)/python docs/site/build.py
+
 clean:
 	rm -rf $(VENV)
 
@@ -62,7 +66,7 @@ $(VENV)/installed-discovery: pyproject.toml | $(VENV)/bin/python
 
 $(VENV)/installed-dev: pyproject.toml | $(VENV)/bin/python
 	@echo "setting up $(VENV) with what the tests need (once; about 3 GB, a few minutes)"
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[discovery,deployment,hardware,video,dev]"
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[discovery,deployment,hardware,video,window,trainers,calibration,docs,dev]"
 	@touch $@ $(VENV)/installed-discovery $(VENV)/installed-hardware
 
 $(VENV)/installed-hardware: pyproject.toml | $(VENV)/bin/python

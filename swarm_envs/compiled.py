@@ -12,8 +12,9 @@ import os
 import shutil
 import sys
 import tempfile
+import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
@@ -23,8 +24,8 @@ import numba
 F = TypeVar("F", bound=Callable[..., Any])
 
 SIMULATION = Path(__file__).parent / "simulation"
-KEPT = 12
-"""Caches of this many states of sources are kept."""
+UNUSED_DAYS = 14
+"""Caches that no process opened for so long are removed; another version in use beside this one keeps its own."""
 
 
 def compiled(**options: Any) -> Callable[[F], F]:
@@ -71,7 +72,8 @@ def cache_folder(package: Path = SIMULATION) -> Path:
                 pass
         except OSError:
             continue
-        _forget_old(root, keep=name)
+        os.utime(root / name)
+        _forget_unused(root)
         return root / name
     return Path(tempfile.mkdtemp(prefix="swarm_envs_"))
 
@@ -81,11 +83,14 @@ def announce_compilation() -> None:
     marker = cache_folder() / "announced"
     if not marker.exists():
         print("swarm_envs: compiling the simulation on first use; about 20 s, once", file=sys.stderr, flush=True)
+        marker.parent.mkdir(parents=True, exist_ok=True)
         marker.touch()
 
 
-def _forget_old(root: Path, keep: str) -> None:
-    """Remove the caches of older sources, the oldest first."""
-    caches = [path for path in root.iterdir() if path.is_dir() and path.name != keep and len(path.name) == 16]
-    for path in sorted(caches, key=lambda path: path.stat().st_mtime, reverse=True)[KEPT - 1 :]:
-        shutil.rmtree(path, ignore_errors=True)
+def _forget_unused(root: Path) -> None:
+    """Remove the caches of sources that nobody runs any more."""
+    oldest = time.time() - UNUSED_DAYS * 86400
+    for path in root.iterdir():
+        with suppress(OSError):  # another process may be doing the same
+            if path.is_dir() and len(path.name) == 16 and path.stat().st_mtime < oldest:
+                shutil.rmtree(path, ignore_errors=True)

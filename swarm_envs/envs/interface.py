@@ -28,43 +28,58 @@ def command_limits(world: WorldSpec) -> npt.NDArray[np.float64]:
 
 
 def robot_action_space(world: WorldSpec) -> spaces.Box:
-    """(v in m/s, omega in rad/s) of one robot, bounded by the world's limits."""
+    """(v in m/s, omega in rad/s) of one robot, bounded by the world's limits; with a broadcast a third number from 0 to 1."""
     high = _within(command_limits(world))
-    return spaces.Box(-high, high, dtype=np.float32)
+    low = -high
+    if world.broadcast is not None:
+        low, high = np.append(low, np.float32(0)), np.append(high, np.float32(1))
+    return spaces.Box(low, high, dtype=np.float32)
 
 
 def swarm_action_space(world: WorldSpec) -> spaces.Box:
-    """(v in m/s, omega in rad/s) of every robot (R, 2), bounded by the world's limits."""
-    high = np.repeat(_within(command_limits(world))[None, :], world.num_robots, axis=0)
-    return spaces.Box(-high, high, dtype=np.float32)
+    """The rows of :func:`robot_action_space` for every robot, (R, 2) or (R, 3)."""
+    one = robot_action_space(world)
+    return spaces.Box(np.tile(one.low, (world.num_robots, 1)), np.tile(one.high, (world.num_robots, 1)), dtype=np.float32)
 
 
-def robot_observation_space(world: WorldSpec) -> spaces.MultiBinary:
-    """Readings of one robot (S,)."""
-    return spaces.MultiBinary(world.num_sensors)
+def robot_observation_space(world: WorldSpec) -> spaces.Box:
+    """Readings of one robot (S,), 0 or 1: one a sensor, and with a broadcast whether it hears another.
+
+    A box of integers, which PettingZoo's checks ask for, and which more trainers take than a multi-binary space.
+    """
+    return spaces.Box(0, 1, (world.num_readings,), dtype=np.int8)
 
 
 def swarm_observation_space(world: WorldSpec) -> spaces.MultiBinary:
     """Readings of every robot, (R,) with one sensor each, else (R, S)."""
-    return spaces.MultiBinary(world.num_robots if world.num_sensors == 1 else [world.num_robots, world.num_sensors])
+    return spaces.MultiBinary(world.num_robots if world.num_readings == 1 else [world.num_robots, world.num_readings])
 
 
-def checked_commands(commands: npt.ArrayLike, shape: tuple[int, ...], world: WorldSpec) -> npt.NDArray[np.float64]:
-    """Return commands (..., R, 2) as float64, clipped to the world's limits.
+def action_columns(world: WorldSpec) -> tuple[str, ...]:
+    """What the numbers of a robot's action are."""
+    return ("v", "omega") if world.broadcast is None else ("v", "omega", "message")
+
+
+def checked_actions(
+    actions: npt.ArrayLike, copies: tuple[int, ...], world: WorldSpec
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_] | None]:
+    """Return commands (*copies, R, 2) as float64, clipped to the world's limits, and messages (*copies, R) where there is a broadcast.
 
     Raises:
         ValueError: For another shape, or a value that is not a finite number.
     """
-    array = np.asarray(commands, dtype=np.float64)
+    array, columns = np.asarray(actions, dtype=np.float64), action_columns(world)
+    shape = (*copies, world.num_robots, len(columns))
     if array.shape != shape:
-        raise ValueError(f"action has shape {array.shape}, expected {shape}: v in m/s and omega in rad/s of each robot")
+        more = "" if world.broadcast is None else ", and a message that is sent above 0.5,"
+        raise ValueError(f"action has shape {array.shape}, expected {shape}: v in m/s and omega in rad/s{more} of each robot")
     if not np.isfinite(array).all():
         *copy, robot, column = np.argwhere(~np.isfinite(array))[0]
         whose = f"robot {robot}" + (f" of copy {copy[0]}" if copy else "")
         value = array[(*copy, robot, column)]
-        raise ValueError(f"action of {whose} has {('v', 'omega')[column]} = {value}, expected a finite number; check the policy for NaN")
+        raise ValueError(f"action of {whose} has {columns[column]} = {value}, expected a finite number; check the policy for NaN")
     limits = command_limits(world)
-    return np.clip(array, -limits, limits)
+    return np.clip(array[..., :2], -limits, limits), None if world.broadcast is None else array[..., 2] > 0.5
 
 
 def draw_key(generator: np.random.Generator) -> npt.NDArray[np.uint64]:

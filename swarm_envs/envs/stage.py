@@ -10,8 +10,9 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium import spaces
 
-from swarm_envs.envs.interface import check_render_mode, checked_commands, draw_key, swarm_action_space
+from swarm_envs.envs.interface import check_render_mode, checked_actions, draw_key, swarm_action_space
 from swarm_envs.envs.robot_software import make_robot_software
+from swarm_envs.envs.tasks import Task, make_rewards
 from swarm_envs.rendering import Renderer
 from swarm_envs.simulation import Simulation
 from swarm_envs.worlds import WorldSpec, load_world
@@ -28,11 +29,12 @@ class Stage:
         num_robots: Number of robots instead of the world's own.
         engine: ``chipmunk`` or ``disc``.
         render_mode: ``rgb_array`` or None.
+        task: What the swarm is rewarded for: a task, its name, or None.
         robot_software: ``actions`` when the agent commands the robots, ``firmware`` when they run their own code.
         controller: (4,) or (R, 4) the firmware's [v0, omega0, v1, omega1] in m/s and rad/s.
 
     Raises:
-        ValueError: For an unknown world, engine, render mode or software; one line.
+        ValueError: For an unknown world, engine, render mode, task or software; one line.
     """
 
     def __init__(
@@ -41,12 +43,15 @@ class Stage:
         num_robots: int | None,
         engine: str,
         render_mode: str | None,
+        task: str | Task | None = None,
         robot_software: str = "actions",
         controller: npt.ArrayLike | None = None,
     ) -> None:
         self.world = load_world(world, num_robots=num_robots)
         self.render_mode = check_render_mode(render_mode)
         self.simulation = Simulation(self.world, 1, engine)
+        self._rewards = make_rewards(task, self.world)
+        self.reward = 0.0
         self.software = make_robot_software(self.simulation, robot_software, controller)
         self._trail: deque[npt.NDArray[np.float64]] = deque(maxlen=max(2, round(TRAIL_SECONDS / self.world.tick)))
         self._renderer: Renderer | None = None
@@ -72,16 +77,19 @@ class Stage:
         self._trail.clear()
         self._remember()
 
-    def advance(self, commands: npt.ArrayLike) -> None:
-        """Run one tick with commands (R, 2), clipped to the limits, or with those of the robots' own software.
+    def advance(self, actions: npt.ArrayLike) -> None:
+        """Run one tick with actions (R, 2 or 3), clipped to the limits, or with those of the robots' own software.
 
         Raises:
             ValueError: For another shape, or a value that is not a finite number.
         """
+        before = self.simulation.poses.copy()
         if self.software is not None:
             self.simulation.step(self.software.commands(self.simulation)[None])
         else:
-            self.simulation.step(checked_commands(commands, (self.world.num_robots, 2), self.world)[None])
+            commands, messages = checked_actions(actions, (), self.world)
+            self.simulation.step(commands[None], None if messages is None else messages[None])
+        self.reward = float(self._rewards(before, self.simulation.poses)[0])
         self._remember()
 
     def detections(self) -> npt.NDArray[np.int8]:

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from swarm_envs.envs.interface import RENDER_MODES, swarm_observation_space
 from swarm_envs.envs.stage import Stage
+from swarm_envs.envs.tasks import Task
 from swarm_envs.worlds import WorldSpec
 
 Observation = npt.NDArray[np.int8]
@@ -22,7 +23,7 @@ class SwarmEnv(gym.Env[Observation, Any]):
     ## Description
     HeRo+ robots drive on a flat arena with walls that their sensor does not see. Each tick of 0.1 s the agent commands every robot's
     forward speed and turn rate; the robots move by unicycle kinematics with contact, friction and whatever effects the world carries.
-    There is no task: the reward is zero. World, robots and numbers: `swarm_envs.load_world`.
+    A task says what is rewarded; this id has none. World, robots and numbers: `swarm_envs.load_world`.
 
     ## Action Space
     `Box((num_robots, 2), float32)`: a row for each robot. Values beyond the limits are clipped; NaN is an error.
@@ -32,13 +33,16 @@ class SwarmEnv(gym.Env[Observation, Any]):
     | 0 | forward speed v | -0.09 | 0.09 | m/s |
     | 1 | turn rate omega, counter-clockwise | -1.6 | 1.6 | rad/s |
 
-    The bounds are those of `hero_plus`; other worlds have their own.
+    The bounds are those of `hero_plus`; other worlds have their own. In a world with a broadcast a third column from 0 to 1 is the
+    robot's message: above 0.5 it sends during the tick.
 
     ## Observation Space
-    `MultiBinary(num_robots)`: 1 where the robot's sensor sees another robot. With S > 1 sensors `MultiBinary((num_robots, S))`.
+    `MultiBinary(num_robots)`: 1 where the robot's sensor sees another robot. With S > 1 readings, one a sensor and with
+    a broadcast last whether the robot hears another, `MultiBinary((num_robots, S))`.
 
     ## Rewards
-    0.0.
+    That of the task, from 0 to 1 each tick: `HeRo/Aggregation-v0`, `HeRo/CyclicPursuit-v0`, `HeRo/Dispersal-v0`, `HeRo/Milling-v0` and
+    `HeRo/WallFollowing-v0` are this environment with a task (formulas: `swarm_envs.envs.tasks`). `HeRo/Swarm-v0` has none: 0.0.
 
     ## Starting State
     Robots stand on distinct points of the world's start grid, drawn at random, with headings uniform on the circle.
@@ -52,11 +56,13 @@ class SwarmEnv(gym.Env[Observation, Any]):
 
     ## Arguments
     ```python
-    gym.make("HeRo/Swarm-v0", world="hero_plus", num_robots=None, engine="chipmunk", render_mode=None,
+    gym.make("HeRo/Swarm-v0", world="hero_plus", num_robots=None, engine="chipmunk", render_mode=None, task=None,
              robot_software="actions", controller=None)
     ```
     `world`: a name, the path of a YAML file, or a `WorldSpec`. `num_robots`: another number of robots than the world's. `engine`:
-    `chipmunk` or `disc`. `render_mode`: `rgb_array` (513 x 426 pixels for `hero_plus`) or None.
+    `chipmunk` or `disc`. `render_mode`: `rgb_array` (513 x 426 pixels for `hero_plus`) or None. `task`: a name, or a function that takes
+    the `WorldSpec` and returns a reward function, which takes the poses before and after a tick, each (worlds, num_robots, 3), and returns
+    (worlds,) rewards.
     `robot_software="firmware", controller=[v0, omega0, v1, omega1]`: every robot runs its own C code with that controller on board,
     through a simulated servo, encoder and range sensor; the action space is then `Discrete(1)`, one tick passes at each step.
 
@@ -75,10 +81,11 @@ class SwarmEnv(gym.Env[Observation, Any]):
         num_robots: int | None = None,
         engine: str = "chipmunk",
         render_mode: str | None = None,
+        task: str | Task | None = None,
         robot_software: str = "actions",
         controller: npt.ArrayLike | None = None,
     ) -> None:
-        self._stage = Stage(world, num_robots, engine, render_mode, robot_software, controller)
+        self._stage = Stage(world, num_robots, engine, render_mode, task, robot_software, controller)
         self.world = self._stage.world
         self.render_mode = render_mode
         self.observation_space = swarm_observation_space(self.world)
@@ -93,7 +100,7 @@ class SwarmEnv(gym.Env[Observation, Any]):
     def step(self, action: npt.ArrayLike) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Run one tick of the world with the robots' commands."""
         self._stage.advance(action)
-        return self._stage.detections(), 0.0, False, False, self._info()
+        return self._stage.detections(), self._stage.reward, False, False, self._info()
 
     def render(self) -> npt.NDArray[np.uint8] | None:
         """Return the picture (height, width, 3) of the present moment."""

@@ -15,12 +15,13 @@ from gymnasium.vector.utils import batch_space
 from swarm_envs.envs.interface import (
     RENDER_MODES,
     check_render_mode,
-    checked_commands,
+    checked_actions,
     draw_key,
     swarm_action_space,
     swarm_observation_space,
 )
 from swarm_envs.envs.parallel import EPISODE_TICKS
+from swarm_envs.envs.tasks import Task, make_rewards
 from swarm_envs.rendering import Renderer
 from swarm_envs.simulation import Simulation
 from swarm_envs.worlds import WorldSpec, load_world
@@ -41,12 +42,13 @@ class SwarmVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], npt.NDArra
         num_robots: Number of robots instead of the world's own.
         engine: ``disc`` or ``chipmunk``.
         render_mode: ``rgb_array`` or None.
+        task: What the swarms are rewarded for: a name, a function as in :class:`swarm_envs.envs.SwarmEnv`, or None.
         max_episode_steps: Ticks after which a copy is truncated; None for never.
         autoreset_mode: When a copy whose episode is over starts anew: at the next step, in the same step, or never by itself
             (``reset(options={"reset_mask": mask})``).
 
     Raises:
-        ValueError: For an unknown world, engine or render mode; one line.
+        ValueError: For an unknown world, engine, render mode or task; one line.
     """
 
     def __init__(
@@ -56,6 +58,7 @@ class SwarmVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], npt.NDArra
         num_robots: int | None = None,
         engine: str = "disc",
         render_mode: str | None = None,
+        task: str | Task | None = None,
         max_episode_steps: int | None = EPISODE_TICKS,
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
     ) -> None:
@@ -64,6 +67,7 @@ class SwarmVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], npt.NDArra
         self.num_envs, self.render_mode, self.max_episode_steps = num_envs, check_render_mode(render_mode), max_episode_steps
         self.autoreset_mode = AutoresetMode(autoreset_mode)
         self.metadata = {"render_modes": RENDER_MODES, "render_fps": 10, "autoreset_mode": self.autoreset_mode}
+        self._rewards = make_rewards(task, self.world)
         self._simulation = Simulation(self.world, num_envs, engine)
         self.single_observation_space = swarm_observation_space(self.world)
         self.single_action_space = swarm_action_space(self.world)
@@ -101,8 +105,8 @@ class SwarmVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], npt.NDArra
     def step(  # type: ignore[override]  # the base class types flags as it types rewards
         self, actions: npt.ArrayLike
     ) -> tuple[Observations, npt.NDArray[np.float64], npt.NDArray[np.bool_], npt.NDArray[np.bool_], dict[str, Any]]:
-        """Run one tick of every copy with commands (N, R, 2)."""
-        commands = checked_commands(actions, (self.num_envs, self.world.num_robots, 2), self.world)
+        """Run one tick of every copy with actions (N, R, 2), or (N, R, 3) in a world with a broadcast."""
+        commands, messages = checked_actions(actions, (self.num_envs,), self.world)
         if not self._generators:
             raise ValueError("step was called before reset; call reset(seed=...) first")
         fresh = self._over if self.autoreset_mode == AutoresetMode.NEXT_STEP else np.zeros_like(self._over)
@@ -110,7 +114,10 @@ class SwarmVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], npt.NDArra
             raise ValueError(
                 f"copy {int(self._over.argmax())} is over and autoreset is disabled; reset(options={{'reset_mask': mask}}) it first"
             )
-        self._simulation.step(commands)
+        before = self._simulation.poses.copy()
+        self._simulation.step(commands, messages)
+        rewards = np.array(self._rewards(before, self._simulation.poses), dtype=np.float64)
+        rewards[fresh] = 0.0
         if fresh.any():
             self._start(fresh, None)
         ticks = self._simulation.state.ticks
@@ -121,7 +128,7 @@ class SwarmVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], npt.NDArra
             infos = self._final(truncated)
             self._start(truncated, None)
             self._over[:] = False
-        return self._observe(), np.zeros(self.num_envs), np.zeros(self.num_envs, np.bool_), truncated, infos | self._infos()
+        return self._observe(), rewards, np.zeros(self.num_envs, np.bool_), truncated, infos | self._infos()
 
     def render(self) -> tuple[npt.NDArray[np.uint8], ...] | None:
         """Return a picture (height, width, 3) of each copy."""

@@ -81,6 +81,8 @@ class Renderer:
         """One flag per sensor of ``self._sensors``."""
         flags = np.asarray(detections).astype(np.bool_)
         flags = flags.reshape(len(flags), -1) if flags.ndim else flags
+        if flags.shape == (len(self._contact), self.world.num_readings):
+            flags = flags[:, : self.world.num_sensors]  # what a robot hears is no beam
         needed = (len(self._contact), self.world.num_sensors)
         if flags.shape != needed:
             raise ValueError(f"detections have shape {np.shape(detections)}, expected {needed[:1] if needed[1] == 1 else needed}")

@@ -107,6 +107,8 @@ class WorldArrays(NamedTuple):
     """Commands remembered for dead time, in ticks."""
     readings: int
     """Readings remembered for the sensors' delay, in ticks."""
+    broadcast_range: float
+    """Largest distance in m at which robots hear a broadcast; 0 in worlds without."""
 
 
 def compile_world(world: WorldSpec) -> WorldArrays:
@@ -134,6 +136,7 @@ def compile_world(world: WorldSpec) -> WorldArrays:
         reach=_reach(world),
         history=2 + math.ceil(float(robots[:, DEAD_TIME].max()) / world.tick),
         readings=1 + int(robots[:, SENSOR_DELAY_TICKS].max()),
+        broadcast_range=0.0 if world.broadcast is None else world.broadcast.range,
     )
 
 

@@ -36,7 +36,8 @@ def rollouts(
         world: A world's name, file or spec.
         controllers: (W, 4) one controller [v0, omega0, v1, omega1] for all robots of a world, or (W, R, 4) one for each, in m/s and
             rad/s: (v0, omega0) without a detection, (v1, omega1) with one (paper, Kinematics and Controllers). With K readings a
-            robot, 2 * 2^K numbers: one pair for each pattern of readings, the first sensor counting 1.
+            robot, 2 * 2^K numbers: one pair for each pattern of readings, the first sensor counting 1. In a world with a broadcast a
+            robot sends whether its sensors report something, and whether it hears another is its last reading.
         seed: World i draws its start and every effect from (seed, i).
         steps: Ticks to run.
         robots: Number of robots instead of the world's own.
@@ -59,8 +60,9 @@ def rollouts(
         raise WorldError(f"rollouts: steps is {steps} and record_every {record_every}, expected at least 0 and 1")
     count, frames = len(array), steps // record_every + 1
     poses = np.empty((count, frames, spec.num_robots, 3))
-    detections = np.zeros((count, frames, spec.num_robots, spec.num_sensors), np.uint8)
+    detections = np.zeros((count, frames, spec.num_robots, spec.num_readings), np.uint8)
     commands = np.empty((count, frames, spec.num_robots, 2))
+    objects = np.empty((count, frames, len(spec.objects), 3)) if spec.objects else None
     starts = None if initial_poses is None else np.asarray(initial_poses, dtype=np.float64)
     if starts is not None and starts.shape != (count, spec.num_robots, 3):
         raise WorldError(f"initial_poses: shape is {starts.shape}, expected {(count, spec.num_robots, 3)} (worlds, robots, x y heading)")
@@ -69,14 +71,22 @@ def rollouts(
         part = slice(first, min(first + CHUNK, count))
         simulation = Simulation(spec, part.stop - first, chosen)
         simulation.reset(seed, first=first, initial_poses=None if starts is None else starts[part])
-        simulation.run(array[part], steps, record_every, poses[part], detections[part], commands[part])
+        if objects is None:
+            simulation.run(array[part], steps, record_every, poses[part], detections[part], commands[part])
+            return
+        objects[part, 0] = simulation.objects
+        simulation.run(array[part], 0, 1, poses[part, :1], detections[part, :1], commands[part, :1])
+        for k in range(frames - 1):  # compiled code does not write objects down: from one recorded frame to the next
+            two = (part, slice(k, k + 2))
+            simulation.run(array[part], record_every, record_every, poses[two], detections[two], commands[two])
+            objects[part, k + 1] = simulation.objects
 
     workers = threads or os.cpu_count() or 1
     with ThreadPoolExecutor(max_workers=workers) as pool:
         for _ in pool.map(run, range(0, count, CHUNK)):
             pass
     time = np.arange(frames, dtype=np.float64) * (record_every * spec.tick)
-    return Trajectories(spec, chosen, time, poses, detections[..., 0] if spec.num_sensors == 1 else detections, commands)
+    return Trajectories(spec, chosen, time, poses, detections[..., 0] if spec.num_readings == 1 else detections, commands, objects)
 
 
 def check_controllers(world: WorldSpec, controllers: npt.ArrayLike) -> FloatArray:
@@ -86,7 +96,7 @@ def check_controllers(world: WorldSpec, controllers: npt.ArrayLike) -> FloatArra
         WorldError: When the shape is another, or a number is not finite or outside the world's limits.
     """
     array = np.asarray(controllers, dtype=np.float64)
-    allowed = [2 * 2**inputs for inputs in range(1, world.num_sensors + 1)]
+    allowed = [2 * 2**inputs for inputs in range(1, world.num_readings + 1)]
     if array.ndim not in (2, 3) or array.shape[-1] not in allowed or (array.ndim == 3 and array.shape[1] != world.num_robots):
         numbers = " or ".join(str(n) for n in allowed)
         raise WorldError(

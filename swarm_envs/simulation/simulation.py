@@ -82,20 +82,22 @@ class Simulation:
                 self._spaces.rebuild(int(w), self._state)
         sense_worlds(self._parameters, self._state, worlds, self._scratch)
 
-    def step(self, commands: npt.ArrayLike) -> None:
+    def step(self, commands: npt.ArrayLike, messages: npt.ArrayLike | None = None) -> None:
         """Run every world through one tick.
 
         Args:
             commands: (W, R, 2) v in m/s and omega in rad/s.
+            messages: (W, R) whether each robot broadcasts during the tick, where the world has a broadcast; nobody does by default.
 
         Raises:
-            WorldError: For another shape or a value that is not finite.
+            WorldError: For another shape, a value that is not finite, or messages in a world without broadcast.
         """
         array = np.ascontiguousarray(commands, dtype=np.float64)
         expected = (self.num_worlds, self.world.num_robots, 2)
         if array.shape != expected or not np.isfinite(array).all():
             given = f"shape {array.shape}" if array.shape != expected else "a value that is not finite"
             raise WorldError(f"commands: given {given}, expected {expected} finite speeds (worlds, robots, v omega) in m/s and rad/s")
+        self._send(messages)
         step_worlds(self._parameters, self._state, self._spaces.arrays, self.engine == "disc", array, self._wish, self._scratch)
 
     def observe(self) -> None:
@@ -114,7 +116,7 @@ class Simulation:
             WorldError: When an array has another shape.
         """
         frames = (self.num_worlds, steps // every + 1, self.world.num_robots)
-        expected = [(*frames, 3), (*frames, self.world.num_sensors), (*frames, 2)]
+        expected = [(*frames, 3), (*frames, self.world.num_readings), (*frames, 2)]
         if [poses.shape, detections.shape, commands.shape] != expected or controllers.shape[:2] != (frames[0], frames[2]):
             raise WorldError(f"run: arrays do not have the shapes {expected}, or controllers not ({frames[0]}, {frames[2]}, numbers)")
         run_worlds(
@@ -134,7 +136,7 @@ class Simulation:
 
     @property
     def detections(self) -> npt.NDArray[np.uint8]:
-        """(W, R) readings, or (W, R, S) where robots have S > 1 sensors; a view of the running state."""
+        """(W, R) readings, or (W, R, S) where robots have S > 1: one a sensor, with a broadcast one more; a view of the running state."""
         readings = self._state.detections
         return readings[:, :, 0] if readings.shape[2] == 1 else readings
 
@@ -152,6 +154,18 @@ class Simulation:
     def state(self) -> StateArrays:
         """Everything that changes, for those who look inside."""
         return self._state
+
+    def _send(self, messages: npt.ArrayLike | None) -> None:
+        if messages is None:
+            if self.world.broadcast is not None:
+                self._state.messages[:] = 0
+            return
+        sent, expected = np.asarray(messages), (self.num_worlds, self.world.num_robots)
+        if self.world.broadcast is None:
+            raise WorldError(f"messages are given, but world {self.world.name!r} has no broadcast; give it one (broadcast: {{range: ...}})")
+        if sent.shape != expected:
+            raise WorldError(f"messages: shape is {sent.shape}, expected {expected} (worlds, robots)")
+        self._state.messages[:] = sent != 0
 
     def _given_poses(self, poses: npt.ArrayLike, count: int) -> FloatArray:
         array = np.array(poses, dtype=np.float64)

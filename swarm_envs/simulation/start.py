@@ -36,6 +36,7 @@ def start_world(world: WorldArrays, state: StateArrays, w: int, key: int, points
     state.motion[w] = 0.0
     state.moving[w] = 0
     state.detections[w] = 0
+    state.messages[w] = 0
     state.readings[w] = 0
     state.stalled[w] = 0
     state.objects[w] = objects

@@ -32,7 +32,9 @@ class StateArrays(NamedTuple):
     gains: FloatArray
     """(W, R, 2) each robot's own factors on the two gains."""
     detections: npt.NDArray[np.uint8]
-    """(W, R, S) the reading that the controller has."""
+    """(W, R, S) the readings that the controller has; with a broadcast one more, whether the robot hears another."""
+    messages: npt.NDArray[np.uint8]
+    """(W, R) what each robot broadcasts."""
     readings: npt.NDArray[np.uint8]
     """(W, R, S, L) ring of readings not yet delivered."""
     stalled: npt.NDArray[np.uint8]
@@ -53,7 +55,8 @@ def empty_state(world: WorldArrays, num_worlds: int) -> StateArrays:
         motion=np.zeros((num_worlds, robots, 2)),
         moving=np.zeros((num_worlds, robots), np.uint8),
         gains=np.ones((num_worlds, robots, 2)),
-        detections=np.zeros((num_worlds, robots, sensors), np.uint8),
+        detections=np.zeros((num_worlds, robots, sensors + (world.broadcast_range > 0.0)), np.uint8),
+        messages=np.zeros((num_worlds, robots), np.uint8),
         readings=np.zeros((num_worlds, robots, sensors, world.readings), np.uint8),
         stalled=np.zeros((num_worlds, robots), np.uint8),
         objects=np.zeros((num_worlds, len(world.objects), 6)),

@@ -9,6 +9,7 @@ from swarm_envs.compiled import compiled
 from swarm_envs.simulation import chipmunk, disc
 from swarm_envs.simulation.actuation import give_commands
 from swarm_envs.simulation.chipmunk import SpaceArrays
+from swarm_envs.simulation.hearing import hear, tell_what_is_seen
 from swarm_envs.simulation.parameters import FloatArray, WorldArrays
 from swarm_envs.simulation.scratch import Scratch
 from swarm_envs.simulation.sensing import sense
@@ -50,6 +51,8 @@ def advance_world(
         chipmunk.advance(world, state, spaces, w, wish, scratch.velocity)
     state.ticks[w] += 1
     sense(world, state, w, scratch)
+    if world.broadcast_range > 0.0:
+        hear(world, state, w)
 
 
 @compiled(_nrt=False)
@@ -80,12 +83,13 @@ def run_worlds(
         spaces: Chipmunk's memory.
         use_disc: Which engine solves contacts.
         controllers: (W, R, 2 * 2^K) pairs (v, omega) in m/s and rad/s; the pair's index is the number that K readings write in binary.
+            Where the world has a broadcast, a robot sends whether its sensors report something.
         steps: Ticks to run.
         every: Ticks from one recorded frame to the next.
         wish: (R, 3) scratch memory.
         scratch: More scratch memory.
         poses: (W, F, R, 3) written.
-        detections: (W, F, R, S) written.
+        detections: (W, F, R, S) written; S + 1 with a broadcast.
         commands: (W, F, R, 2) written: what each robot does about the frame's detections.
     """
     now = scratch.commands
@@ -95,6 +99,8 @@ def run_worlds(
             if k % every == 0:
                 record(state, w, now, k // every, poses, detections, commands)
             if k < steps:
+                if world.broadcast_range > 0.0:
+                    tell_what_is_seen(state, w)
                 advance_world(world, state, spaces, use_disc, w, now, wish, scratch)
 
 
@@ -129,3 +135,5 @@ def sense_worlds(world: WorldArrays, state: StateArrays, which: npt.NDArray[np.i
     """Take the first readings of the worlds with these indices."""
     for w in which:
         sense(world, state, w, scratch)
+        if world.broadcast_range > 0.0:
+            hear(world, state, w)

@@ -34,16 +34,19 @@ class Trajectories:
     poses: npt.NDArray[np.float64]
     """(W, F, R, 3) x and y in m, heading in rad."""
     detections: npt.NDArray[np.uint8]
-    """(W, F, R) readings, or (W, F, R, S) where robots have S > 1 sensors."""
+    """(W, F, R) readings, or (W, F, R, S) where robots have S > 1: one a sensor, and with a broadcast whether they hear another."""
     commands: npt.NDArray[np.float64]
     """(W, F, R, 2) v in m/s and omega in rad/s, given at that frame."""
+    object_poses: npt.NDArray[np.float64] | None = None
+    """(W, F, B, 3) poses of the pushable objects in m, m, rad; None in worlds without."""
 
     def __len__(self) -> int:
         return len(self.poses)
 
     def __getitem__(self, which: slice | npt.NDArray[np.int64]) -> Self:
         """Return some of the worlds, by slice or array of indices."""
-        return type(self)(self.world, self.engine, self.time, self.poses[which], self.detections[which], self.commands[which])
+        objects = None if self.object_poses is None else self.object_poses[which]
+        return type(self)(self.world, self.engine, self.time, self.poses[which], self.detections[which], self.commands[which], objects)
 
     def save(self, path: str | Path) -> Path:
         """Write one compressed ``.npz`` file without pickled objects; return its path.
@@ -53,12 +56,13 @@ class Trajectories:
         """
         path = Path(path).with_suffix(".npz")
         header = json.dumps({"format": FORMAT, "engine": self.engine, "world": world_to_text(self.world)})
+        arrays = {"time": self.time, "poses": self.poses, "detections": self.detections, "commands": self.commands}
+        if self.object_poses is not None:
+            arrays["object_poses"] = self.object_poses
         partial = path.with_name(path.name + ".partial")
         try:
             with partial.open("wb") as file:
-                np.savez_compressed(
-                    file, header=np.array(header), time=self.time, poses=self.poses, detections=self.detections, commands=self.commands
-                )
+                np.savez_compressed(file, header=np.array(header), **arrays)  # type: ignore[arg-type]  # allow_pickle is no array
             partial.replace(path)
         finally:
             partial.unlink(missing_ok=True)
@@ -77,7 +81,8 @@ class Trajectories:
                 if header.get("format") != FORMAT:
                     raise WorldError(f"{path}: format is {header.get('format')!r}, expected {FORMAT!r}; save it again with this version")
                 world = world_from_text(header["world"])
-                return cls(world, header["engine"], file["time"], file["poses"], file["detections"], file["commands"])
+                objects = file.get("object_poses")
+                return cls(world, header["engine"], file["time"], file["poses"], file["detections"], file["commands"], objects)
         except (OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile) as error:
             if isinstance(error, WorldError):
                 raise

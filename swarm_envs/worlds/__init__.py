@@ -7,6 +7,7 @@ from swarm_envs.worlds.quantity import Provenance
 from swarm_envs.worlds.spec import (
     Arena,
     Body,
+    Broadcast,
     Contact,
     Drive,
     Limits,
@@ -21,6 +22,7 @@ from swarm_envs.worlds.spec import (
 __all__ = [
     "Arena",
     "Body",
+    "Broadcast",
     "Contact",
     "Drive",
     "Effects",

@@ -28,6 +28,8 @@ def world_to_text(world: WorldSpec) -> str:
         document[name] = _section(getattr(world, name), name, known)
     document["arena"]["obstacles"] = [_section(item, f"arena.obstacles[{i}]", known) for i, item in enumerate(world.arena.obstacles)]
     document["objects"] = [_section(item, f"objects[{i}]", known) for i, item in enumerate(world.objects)]
+    if world.broadcast is not None:
+        document["broadcast"] = _section(world.broadcast, "broadcast", known)
     return yaml.safe_dump(document, sort_keys=False, allow_unicode=True, width=140)
 
 

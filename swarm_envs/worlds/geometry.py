@@ -123,7 +123,10 @@ def _inside(free: shapely.Geometry, points: npt.NDArray[np.float64]) -> npt.NDAr
 
 
 def _polygon(outline: tuple[tuple[float, float], ...], where: str) -> Polygon:
-    if len(outline) < 3 or any(not isinstance(point, tuple) or len(point) != 2 for point in outline):
+    for index, point in enumerate(outline):
+        if not isinstance(point, tuple) or len(point) != 2 or not all(isinstance(number, float) for number in point):
+            raise WorldError(f"{where}[{index}]: expected a point [x, y] of two numbers in m")
+    if len(outline) < 3:
         raise WorldError(f"{where}: given {len(outline)} entries, expected at least 3 points [x, y]")
     for index, point in enumerate(outline):
         if math.dist(point, outline[index - 1]) < 1e-9:

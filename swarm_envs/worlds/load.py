@@ -18,6 +18,7 @@ from swarm_envs.worlds.quantity import Provenance, as_numbers, is_leaf, read_lea
 from swarm_envs.worlds.spec import (
     Arena,
     Body,
+    Broadcast,
     Contact,
     Drive,
     Limits,
@@ -34,7 +35,7 @@ ROBOTS = WORLDS / "robots"
 
 WORLD_KEYS = {
     "name", "description", "extends", "robot", "robots", "num_robots", "tick", "arena", "limits", "contact", "start",
-    "objects", "effects",
+    "objects", "broadcast", "effects",
 }  # fmt: skip
 ROBOT_KEYS = {"name", "description", "extends", "body", "drive", "sensors", "effects"}
 HARDWARE_KEYS = {"parts", "electronics"}
@@ -56,7 +57,17 @@ def load_world(world: str | Path | WorldSpec, *, num_robots: int | None = None) 
     Raises:
         WorldError: When there is no such world, or the file is wrong; one line with file, key and reason.
     """
-    spec = world if isinstance(world, WorldSpec) else _Reader(_find(str(world), WORLDS, "world")).world()
+    if isinstance(world, WorldSpec):
+        return _checked(world, num_robots)
+    path = _find(str(world), WORLDS, "world")
+    spec = _Reader(path).world()
+    try:
+        return _checked(spec, num_robots)
+    except WorldError as error:  # a spec knows its name; the reader of the message needs the file
+        raise WorldError(f"{path.name}: {str(error).removeprefix(f'{spec.name}: ')}") from None
+
+
+def _checked(spec: WorldSpec, num_robots: int | None) -> WorldSpec:
     if num_robots is not None:
         spec = spec.with_robots(num_robots)
     check_world_geometry(spec)
@@ -124,7 +135,10 @@ def _read_yaml(path: Path, seen: tuple[Path, ...] = ()) -> dict[str, Any]:
         return document
     sibling = path.parent / f"{base}.yaml"
     folder = ROBOTS if path.parent == ROBOTS else WORLDS
-    base_path = sibling if sibling.is_file() else _find(str(base), folder, "base")
+    try:
+        base_path = sibling if sibling.is_file() else _find(str(base), folder, "base")
+    except WorldError as error:
+        raise WorldError(f"{path.name}: extends: {error}") from None
     merged: dict[str, Any] = _merge(_read_yaml(base_path, (*seen, path)), document)
     return merged
 
@@ -296,6 +310,7 @@ class _Reader:
             contact=self.section(Contact, node.get("contact", {}), "contact"),
             start=self.section(Start, node.get("start", {}), "start"),
             objects=tuple(self.section(PushableObject, item, f"objects[{i}]") for i, item in enumerate(objects)),
+            broadcast=self.section(Broadcast, node["broadcast"], "broadcast") if "broadcast" in node else None,
             tick=self.leaf(node["tick"], "tick", tick_field, float) if "tick" in node else 0.1,
             provenance=self.provenance,
         )

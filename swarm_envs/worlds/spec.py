@@ -158,6 +158,14 @@ class Start:
 
 
 @dataclass(frozen=True)
+class Broadcast:
+    """A channel of one bit: a robot that sends is heard by every robot in range, at the end of the tick in which it sends."""
+
+    range: float = quantity("m", low=1e-3, high=1000.0)
+    """Largest distance from centre to centre at which a robot hears another."""
+
+
+@dataclass(frozen=True)
 class WorldSpec:
     """A whole world; :func:`swarm_envs.load_world` makes one from a name or a file."""
 
@@ -169,6 +177,8 @@ class WorldSpec:
     contact: Contact = field(default_factory=Contact)
     start: Start = field(default_factory=Start)
     objects: tuple[PushableObject, ...] = ()
+    broadcast: Broadcast | None = None
+    """Limited communication between robots; None where they have none."""
     tick: float = quantity("s", 0.1, low=1e-3, high=1.0)
     """Time from one command to the next."""
     description: str = ""
@@ -188,8 +198,13 @@ class WorldSpec:
 
     @property
     def num_sensors(self) -> int:
-        """Readings per robot: those of the robot model with most sensors."""
+        """Sensors per robot: those of the robot model with most."""
         return max(len(robot.sensors) for robot in self.robots)
+
+    @property
+    def num_readings(self) -> int:
+        """Bits that a robot gets each tick: its sensors' readings, and whether it hears another where the world has a broadcast."""
+        return self.num_sensors + (self.broadcast is not None)
 
     def with_robots(self, count: int, *, scale_arena: bool = False) -> Self:
         """Return this world with ``count`` robots, models repeated in order.

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+from pathlib import Path
 
 import numpy as np
 import pytest
 import shapely
 
-from swarm_envs import Simulation, WorldError, load_world, rollouts
+from swarm_envs import Simulation, Trajectories, WorldError, load_world, rollouts
 from swarm_envs.worlds import Arena, Obstacle, PushableObject, Sensor, WorldSpec
 
 OUTLINES = {
@@ -60,6 +61,27 @@ def test_a_light_object_is_pushed_and_a_heavy_one_stays(shape: tuple[str, tuple[
     heavy = pushing(PushableObject(*shape, pose=(0.6, 0.7, 0.0), mass=5.0, floor_friction=1.0))
     assert light[-1, 0] - light[0, 0] > 0.4
     assert np.abs(heavy[:, :3] - heavy[0, :3]).max() < 2e-3
+
+
+def test_rollouts_record_where_objects_go_and_the_file_keeps_it(tmp_path: Path) -> None:
+    item = PushableObject("box", (0.1, 0.1), pose=(0.6, 0.7, 0.0), mass=0.02, floor_friction=0.2)
+    world = dataclasses.replace(load_world("hero_plus", num_robots=1), objects=(item,))
+    start = np.array([[[0.3, 0.7, 0.0]]])
+    runs = rollouts(world, [[0.09, 0.0, 0.09, 0.0]], initial_poses=start, steps=100, record_every=7)
+    simulation = Simulation(world, 1)
+    simulation.reset(0, initial_poses=start)
+    assert runs.object_poses.shape == (1, 15, 1, 3)
+    for tick in range(99):
+        if tick % 7 == 0:
+            assert (runs.object_poses[0, tick // 7] == simulation.objects[0]).all()
+            assert (runs.poses[0, tick // 7] == simulation.poses[0]).all()
+        simulation.step([[[0.09, 0.0]]])
+    assert runs.object_poses[0, -1, 0, 0] > 0.75, "pushed"
+    again = Trajectories.load(runs.save(tmp_path / "pushed"))
+    assert (again.object_poses == runs.object_poses).all()
+    assert (again[:1].object_poses == runs.object_poses).all()
+    assert rollouts(world, [[0.0, 0.0, 0.0, 0.0]], steps=0).object_poses.shape == (1, 1, 1, 3)
+    assert rollouts("hero_plus", [[0.0, 0.0, 0.0, 0.0]], steps=1).object_poses is None
 
 
 def test_a_sliding_object_is_stopped_by_the_floors_friction_within_coulombs_distance() -> None:

@@ -1,0 +1,443 @@
+"""Likelihood of measured poses under a drive: an extended Kalman filter over (x, y, heading).
+
+The drive moves the state, process noise blurs it while the robot is on the move, the tracker measures it. Without process noise this
+is free-running prediction with the best start pose; with it, each prediction starts from what has been measured so far. One
+likelihood therefore serves both a log whose only noise is the tracker's and a real robot's.
+
+Chance is part of the model: a start's random turn widens the heading; where commands may be lost, a beam of hypotheses of which
+command is in force is carried along.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from swarm_envs.calibration.contact import may_touch
+from swarm_envs.calibration.drive import (
+    COMMAND_LOSS,
+    DEAD_TIME,
+    FLOOR_X,
+    FLOOR_Y,
+    KICK_MEAN,
+    KICK_SD,
+    LONGEST_STEP,
+    MARKER_YAW,
+    MOTOR_LAG,
+    TURN_BIAS,
+    IntArray,
+    lag,
+    sinc,
+    target,
+)
+from swarm_envs.calibration.log import BoolArray, FloatArray, Log
+from swarm_envs.calibration.prediction import tracked
+from swarm_envs.compiled import compiled
+
+BEAM = 5
+"""Hypotheses of the command in force that are carried along."""
+COMING_TO_REST = 1.0
+"""Time in s after the last motion asked for in which a robot still counts as moving."""
+NOISE = ("place", "heading", "along", "across", "turn")
+"""Names of the noise: the tracker's in m and rad, the motion's along and across the heading in m/sqrt(s), in rad/sqrt(s)."""
+PLACE, HEADING, ALONG, ACROSS, TURN = range(5)
+RESTING = 0.1
+"""Process noise of a robot at rest, as a share of that on the move."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Poses and commands of pieces of tracks, laid end to end for the compiled filter; P pieces, N poses, M commands."""
+
+    times: FloatArray
+    """(N,) s."""
+    poses: FloatArray
+    """(N, 3) m, m, rad."""
+    first: IntArray
+    """(P + 1,) index of each piece's first pose."""
+    command_times: FloatArray
+    """(M,) s."""
+    commands: FloatArray
+    """(M, 2)."""
+    command_first: IntArray
+    """(P + 1,) index of each piece's first command; a piece has all commands of its run."""
+    touching: BoolArray
+    """(N,) whether the robot may be in contact there; such poses are not predicted, the filter starts anew after them."""
+    robot: IntArray
+    """(P,) index of the robot."""
+    run: IntArray
+    """(P,) index of the group that is held out together: the run, or the piece where runs are few."""
+    robots: tuple[str, ...]
+    """Names of the robots."""
+    runs: tuple[str, ...]
+    """Names of the groups."""
+
+    def of_runs(self, runs: Sequence[int]) -> Measured:
+        """Return the pieces of some groups only."""
+        return self.of_pieces([piece for piece in range(len(self.robot)) if self.run[piece] in set(runs)])
+
+    def of_pieces(self, pieces: Sequence[int]) -> Measured:
+        """Return some pieces only."""
+        poses = [slice(self.first[p], self.first[p + 1]) for p in pieces]
+        commands = [slice(self.command_first[p], self.command_first[p + 1]) for p in pieces]
+        return Measured(
+            times=np.concatenate([self.times[s] for s in poses]), poses=np.concatenate([self.poses[s] for s in poses]),
+            first=np.cumsum([0, *(s.stop - s.start for s in poses)]),
+            touching=np.concatenate([self.touching[s] for s in poses]),
+            command_times=np.concatenate([self.command_times[s] for s in commands]),
+            commands=np.concatenate([self.commands[s] for s in commands]),
+            command_first=np.cumsum([0, *(s.stop - s.start for s in commands)]),
+            robot=self.robot[list(pieces)], run=self.run[list(pieces)], robots=self.robots, runs=self.runs,
+        )  # fmt: skip
+
+
+def measured(log: Log, most: int = 8000, piece: float = 20.0) -> Measured:
+    """Lay a log's tracks end to end, thinned to about ``most`` poses.
+
+    With fewer than five runs each run is cut into pieces of ``piece`` s, which are then what is held out.
+    """
+    tracks = tracked(log)
+    touching = may_touch(log, tracks)
+    runs = tuple(dict.fromkeys(track.run for track in tracks))
+    robots = tuple(dict.fromkeys(track.robot for track in tracks))
+    spacing = sum(track.duration for track in tracks) / most
+    cut = len(runs) < 5
+    times, poses, touch, commands, command_times, robot, run, names = [], [], [], [], [], [], [], []
+    for track, touches in zip(tracks, touching, strict=True):
+        kept = _thinned(track.times, spacing)
+        count = max(1, round(track.duration / piece)) if cut else 1
+        for number, part in enumerate(np.array_split(kept, count)):
+            name = f"{track.run}, part {number + 1}" if cut else track.run
+            if name not in names:
+                names.append(name)
+            times.append(track.times[part])
+            poses.append(track.poses[part])
+            touch.append(touches[part])
+            command_times.append(track.command_times)
+            commands.append(track.commands)
+            robot.append(robots.index(track.robot))
+            run.append(names.index(name))
+    return Measured(
+        times=np.concatenate(times), poses=np.concatenate(poses), first=np.cumsum([0, *map(len, times)]),
+        touching=np.concatenate(touch),
+        command_times=np.concatenate(command_times), commands=np.concatenate(commands),
+        command_first=np.cumsum([0, *map(len, commands)]), robot=np.array(robot), run=np.array(run), robots=robots, runs=tuple(names),
+    )  # fmt: skip
+
+
+def _thinned(times: FloatArray, spacing: float) -> IntArray:
+    """Indices of poses at least about ``spacing`` s apart."""
+    bins = np.floor((times - times[0]) / max(spacing, 1e-6) + 1e-6)
+    return np.flatnonzero(np.append(True, np.diff(bins) > 0))
+
+
+@dataclass(frozen=True)
+class Filtered:
+    """What the filter makes of N poses; a piece's first pose and those in contact have no prediction, and zeros."""
+
+    log_likelihood: FloatArray
+    """(N,) of each pose given those before it."""
+    innovation: FloatArray
+    """(N, 3) measured minus predicted pose."""
+    covariance: FloatArray
+    """(N, 3, 3) of the innovation as the model expects it."""
+
+    @property
+    def total(self) -> float:
+        """Log-likelihood of all poses."""
+        return float(self.log_likelihood.sum())
+
+
+def filter_log(parameters: FloatArray, noise: FloatArray, gains: FloatArray, data: Measured) -> Filtered:
+    """Run the filter over a log.
+
+    Args:
+        parameters: (16,) of the drive.
+        noise: (5,) standard deviations, see :data:`NOISE`.
+        gains: (R, 2) each robot's own factors on both gains.
+        data: The log.
+    """
+    count = len(data.times)
+    out = Filtered(np.zeros(count), np.zeros((count, 3)), np.tile(np.eye(3), (count, 1, 1)))
+    _filter(
+        parameters, noise, gains, data.times, data.poses, data.touching, data.first, data.command_times, data.commands, data.command_first,
+        data.robot, out.log_likelihood, out.innovation, out.covariance,
+    )  # fmt: skip
+    return out
+
+
+@compiled()
+def _filter(
+    p: FloatArray, noise: FloatArray, gains: FloatArray, times: FloatArray, poses: FloatArray, touching: BoolArray, first: IntArray,
+    command_times: FloatArray, commands: FloatArray, command_first: IntArray, robot: IntArray,
+    likelihood: FloatArray, innovation: FloatArray, covariance: FloatArray,
+) -> None:  # fmt: skip
+    """Write the log-likelihood (N,), innovation (N, 3) and its covariance (N, 3, 3) of every pose."""
+    most = BEAM if p[COMMAND_LOSS] > 0.0 else 1
+    state = np.zeros((2 * BEAM, 3))
+    spread = np.zeros((2 * BEAM, 3, 3))
+    motor = np.zeros((2 * BEAM, 2))
+    held = np.zeros((2 * BEAM, 2))
+    moving = np.zeros(2 * BEAM, np.bool_)
+    moved = np.zeros(2 * BEAM)
+    weight = np.zeros(2 * BEAM)
+    scores = np.zeros(2 * BEAM)
+    nu = np.zeros((2 * BEAM, 3))
+    expected = np.zeros((2 * BEAM, 3, 3))
+    r_place, r_heading = noise[PLACE] ** 2, noise[HEADING] ** 2
+    for piece in range(robot.shape[0]):
+        gain = gains[robot[piece]]
+        beams = 1
+        motor[0] = 0.0
+        held[0] = 0.0
+        moving[0] = False
+        moved[0] = -1e9
+        weight[0] = 0.0
+        started = False
+        next_command = command_first[piece]
+        last_command = command_first[piece + 1]
+        next_given = next_command
+        asked = -1e9
+        asking = False
+        now = times[first[piece]]
+        if next_command < last_command:
+            now = min(now, command_times[next_command] + p[DEAD_TIME])
+        for n in range(first[piece], first[piece + 1]):
+            while now < times[n]:
+                while next_command < last_command and command_times[next_command] + p[DEAD_TIME] <= now + 1e-12:
+                    v, omega = commands[next_command, 0], commands[next_command, 1]
+                    next_command += 1
+                    if p[COMMAND_LOSS] > 0.0:
+                        beams = _branch(p[COMMAND_LOSS], v, omega, beams, most, state, spread, motor, held, moving, moved, weight)
+                    else:
+                        held[0, 0], held[0, 1] = v, omega
+                    for h in range(beams):
+                        goal_v, goal_omega = target(p, gain, held[h, 0], held[h, 1], now)
+                        moves = goal_v != 0.0 or goal_omega != 0.0
+                        if moves and not moving[h]:
+                            state[h, 2] += p[KICK_MEAN]
+                            spread[h, 2, 2] += p[KICK_SD] ** 2
+                        moving[h] = moves
+                until = min(times[n], now + LONGEST_STEP)
+                if next_command < last_command:
+                    until = min(until, command_times[next_command] + p[DEAD_TIME])
+                dt = until - now
+                # a robot may move from when it is asked to, whatever dead time the model has
+                while next_given < last_command and command_times[next_given] <= now + 1e-12:
+                    asking = commands[next_given, 0] != 0.0 or commands[next_given, 1] != 0.0
+                    next_given += 1
+                if asking:
+                    asked = now
+                for h in range(beams):
+                    moved[h] = max(moved[h], asked)
+                    _advance(p, noise, gain, held[h], motor[h], moving[h], moved, h, now, dt, state[h], spread[h])
+                now = until
+            if not started or touching[n]:
+                started = True
+                for h in range(beams):
+                    state[h] = poses[n]
+                    spread[h] = 0.0
+                    spread[h, 0, 0] = spread[h, 1, 1] = r_place
+                    spread[h, 2, 2] = r_heading
+                continue
+            best = 0
+            for h in range(beams):
+                scores[h] = weight[h] + _update(poses[n], r_place, r_heading, state[h], spread[h], nu[h], expected[h])
+                if scores[h] > scores[best]:
+                    best = h
+            total = 0.0
+            for h in range(beams):
+                total += math.exp(scores[h] - scores[best])
+            total = scores[best] + math.log(total)
+            likelihood[n] = total
+            innovation[n] = nu[best]
+            covariance[n] = expected[best]
+            for h in range(beams):
+                weight[h] = scores[h] - total
+
+
+@compiled()
+def _advance(
+    p: FloatArray, noise: FloatArray, gain: FloatArray, held: FloatArray, motor: FloatArray, moving: bool, moved: FloatArray, h: int,
+    now: float, dt: float, state: FloatArray, spread: FloatArray,
+) -> None:  # fmt: skip
+    """Move one hypothesis by ``dt`` s."""
+    goal_v, goal_omega = target(p, gain, held[0], held[1], now + 0.5 * dt)
+    v, motor[0] = lag(motor[0], goal_v, dt, p[MOTOR_LAG])
+    omega, motor[1] = lag(motor[1], goal_omega, dt, p[MOTOR_LAG])
+    half = 0.5 * (omega + p[TURN_BIAS] * v) * dt
+    chord = v * sinc(half) * dt
+    direction = state[2] - p[MARKER_YAW] + half
+    c, s = math.cos(direction), math.sin(direction)
+    state[0] += chord * c
+    state[1] += chord * s
+    state[2] += 2.0 * half
+    if moving:
+        state[0] += p[FLOOR_X] * dt
+        state[1] += p[FLOOR_Y] * dt
+    if moving or abs(motor[0]) > 1e-3 or abs(motor[1]) > 1e-2:
+        moved[h] = now
+    # P = F P F' with F = [[1, 0, fx], [0, 1, fy], [0, 0, 1]]
+    fx, fy = -chord * s, chord * c
+    p02, p12, p22 = spread[0, 2], spread[1, 2], spread[2, 2]
+    spread[0, 0] += 2.0 * fx * p02 + fx * fx * p22
+    spread[1, 1] += 2.0 * fy * p12 + fy * fy * p22
+    spread[0, 1] += fx * p12 + fy * p02 + fx * fy * p22
+    spread[0, 2] += fx * p22
+    spread[1, 2] += fy * p22
+    share = 1.0 if now - moved[h] < COMING_TO_REST else RESTING * RESTING
+    along, across = share * dt * noise[ALONG] ** 2, share * dt * noise[ACROSS] ** 2
+    spread[0, 0] += along * c * c + across * s * s
+    spread[1, 1] += along * s * s + across * c * c
+    spread[0, 1] += (along - across) * c * s
+    spread[2, 2] += share * dt * noise[TURN] ** 2
+    spread[1, 0] = spread[0, 1]
+    spread[2, 0] = spread[0, 2]
+    spread[2, 1] = spread[1, 2]
+
+
+@compiled()
+def _update(
+    pose: FloatArray, r_place: float, r_heading: float, state: FloatArray, spread: FloatArray, nu: FloatArray, expected: FloatArray
+) -> float:
+    """Take in a measured pose; returns its log-likelihood, writes innovation (3,) and its covariance (3, 3)."""
+    for i in range(3):
+        nu[i] = pose[i] - state[i]
+        for j in range(3):
+            expected[i, j] = spread[i, j]
+        expected[i, i] += r_heading if i == 2 else r_place
+    inverse = np.empty((3, 3))
+    determinant = _invert(expected, inverse)
+    squared = 0.0
+    for i in range(3):
+        for j in range(3):
+            squared += nu[i] * inverse[i, j] * nu[j]
+    gain = np.empty((3, 3))
+    for i in range(3):
+        for j in range(3):
+            total = 0.0
+            for k in range(3):
+                total += spread[i, k] * inverse[k, j]
+            gain[i, j] = total
+    before = spread.copy()
+    for i in range(3):
+        for j in range(3):
+            state[i] += gain[i, j] * nu[j]
+            total = 0.0
+            for k in range(3):
+                total += gain[i, k] * before[k, j]
+            spread[i, j] = before[i, j] - total
+    for i in range(3):
+        for j in range(i):
+            spread[i, j] = spread[j, i] = 0.5 * (spread[i, j] + spread[j, i])
+    return -0.5 * (squared + math.log(determinant) + 3.0 * math.log(2.0 * math.pi))
+
+
+@compiled()
+def _invert(m: FloatArray, inverse: FloatArray) -> float:
+    """Write the inverse of a symmetric 3 x 3 matrix; returns the determinant."""
+    a, b, c, d, e, f = m[0, 0], m[0, 1], m[0, 2], m[1, 1], m[1, 2], m[2, 2]
+    i00, i01, i02 = d * f - e * e, c * e - b * f, b * e - c * d
+    determinant = a * i00 + b * i01 + c * i02
+    inverse[0, 0] = i00 / determinant
+    inverse[0, 1] = inverse[1, 0] = i01 / determinant
+    inverse[0, 2] = inverse[2, 0] = i02 / determinant
+    inverse[1, 1] = (a * f - c * c) / determinant
+    inverse[1, 2] = inverse[2, 1] = (b * c - a * e) / determinant
+    inverse[2, 2] = (a * d - b * b) / determinant
+    return float(max(determinant, 1e-300))
+
+
+@compiled()
+def _branch(
+    lost: float, v: float, omega: float, beams: int, most: int, state: FloatArray, spread: FloatArray, motor: FloatArray,
+    held: FloatArray, moving: BoolArray, moved: FloatArray, weight: FloatArray,
+) -> int:  # fmt: skip
+    """Let a command arrive or be lost in every hypothesis; returns how many are left."""
+    count = beams
+    for h in range(beams):
+        if held[h, 0] == v and held[h, 1] == omega:
+            continue
+        state[count] = state[h]
+        spread[count] = spread[h]
+        motor[count] = motor[h]
+        held[count] = held[h]
+        moving[count] = moving[h]
+        moved[count] = moved[h]
+        weight[count] = weight[h] + math.log(lost)
+        count += 1
+        held[h, 0], held[h, 1] = v, omega
+        weight[h] += math.log(1.0 - lost)
+    # the unlikeliest go
+    while count > most:
+        worst = 0
+        for h in range(count):
+            if weight[h] < weight[worst]:
+                worst = h
+        last = count - 1
+        state[worst] = state[last]
+        spread[worst] = spread[last]
+        motor[worst] = motor[last]
+        held[worst] = held[last]
+        moving[worst] = moving[last]
+        moved[worst] = moved[last]
+        weight[worst] = weight[last]
+        count -= 1
+    return count
+
+
+@compiled()
+def information(innovation: FloatArray, covariance: FloatArray, steps: FloatArray, score: FloatArray, fisher: FloatArray) -> None:
+    """Write each pose's score (N, Q) and the expected information (Q, Q) of a Gaussian model from finite differences.
+
+    Args:
+        innovation: (Q + 1, N, 3) at the parameters, then at each parameter's step.
+        covariance: (Q + 1, N, 3, 3) likewise.
+        steps: (Q,) the steps.
+        score: (N, Q) written.
+        fisher: (Q, Q) written.
+    """
+    count = innovation.shape[1]
+    q = steps.shape[0]
+    inverse = np.empty((3, 3))
+    slope = np.empty((q, 3))
+    weighted = np.empty((q, 3))
+    change = np.empty((q, 3, 3))
+    product = np.empty((q, 3, 3))
+    fisher[:] = 0.0
+    for n in range(count):
+        _invert(covariance[0, n], inverse)
+        nu = inverse @ innovation[0, n]
+        for i in range(q):
+            for a in range(3):
+                slope[i, a] = (innovation[i + 1, n, a] - innovation[0, n, a]) / steps[i]
+                for b in range(3):
+                    change[i, a, b] = (covariance[i + 1, n, a, b] - covariance[0, n, a, b]) / steps[i]
+            for a in range(3):
+                total = 0.0
+                for b in range(3):
+                    total += inverse[a, b] * slope[i, b]
+                    entry = 0.0
+                    for c in range(3):
+                        entry += inverse[a, c] * change[i, c, b]
+                    product[i, a, b] = entry
+                weighted[i, a] = total
+            value = 0.0
+            for a in range(3):
+                value -= slope[i, a] * nu[a] + 0.5 * product[i, a, a]
+                for b in range(3):
+                    value += 0.5 * nu[a] * change[i, a, b] * nu[b]
+            score[n, i] = value
+        for i in range(q):
+            for j in range(i + 1):
+                value = 0.0
+                for a in range(3):
+                    value += slope[i, a] * weighted[j, a]
+                    for b in range(3):
+                        value += 0.5 * product[i, a, b] * product[j, b, a]
+                fisher[i, j] += value
+                if j != i:
+                    fisher[j, i] += value

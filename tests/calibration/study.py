@@ -1,0 +1,198 @@
+"""Hide effects in many logs, ask the calibration to name them, and count.
+
+``python -m tests.calibration.study --singles 100 --pairs 100 --nulls 100 --out FOLDER`` writes to the folder
+
+- ``draws.jsonl``: one line a draw, as it ends; the same command goes on where it was cut off,
+- ``draws.csv``: hidden and estimated parameters with their intervals,
+- ``study.md``: rates with Wilson intervals, the confusion table and the coverage of the intervals.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import multiprocessing
+import os
+import tempfile
+import time
+import traceback
+from collections.abc import Iterable, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from tests.calibration.generator import EFFECTS, UNLISTED, draw, generate_log
+from tests.calibration.tally import report, table
+
+INSEPARABLE = [{"dead_time", "clock_offset"}]
+"""Pairs that are never hidden together: no drive could tell their sizes apart."""
+KINDS = ("singles", "pairs", "nulls", "unlisted")
+
+
+@dataclass(frozen=True)
+class Task:
+    """One draw.
+
+    Attributes:
+        kind: One of KINDS.
+        index: Its number among the draws of its kind.
+        seed: Seed of its effects, sizes and log.
+        procedures: What the lab may do; effects that only other runs show are not hidden.
+    """
+
+    kind: str
+    index: int
+    seed: int
+    procedures: tuple[str, ...]
+
+    @property
+    def key(self) -> str:
+        """Tells the draw from all others."""
+        return f"{self.kind} {self.index} {self.seed} {'+'.join(self.procedures)}"
+
+
+@dataclass
+class Outcome:
+    """What came of one draw.
+
+    Attributes:
+        key: The task's.
+        kind: The task's.
+        hidden: Parameters of each hidden effect.
+        extra: Name of the unlisted effect, if one was hidden.
+        named: For each effect named, each parameter's (estimate, low, high).
+        groups: Effects that the calibration calls indistinguishable.
+        unexplained: What it says of a remainder, as text.
+        seconds: Time that the calibration took, s.
+        error: Its traceback, if it failed.
+    """
+
+    key: str
+    kind: str
+    hidden: dict[str, dict[str, float]]
+    extra: str | None = None
+    named: dict[str, dict[str, tuple[float, float, float]]] = field(default_factory=dict)
+    groups: list[list[str]] = field(default_factory=list)
+    unexplained: str | None = None
+    seconds: float = 0.0
+    error: str | None = None
+
+
+def names_of(task: Task) -> list[str]:
+    """The effects that a task hides."""
+    number = {"singles": 1, "pairs": 2}.get(task.kind, 0)
+    random = np.random.default_rng([task.seed, 4])
+    candidates = [name for name, effect in EFFECTS.items() if effect.procedure in task.procedures]
+    while True:
+        names = [candidates[k] for k in random.choice(len(candidates), number, replace=False)]
+        if set(names) not in INSEPARABLE:
+            return names
+
+
+def perform(task: Task) -> Outcome:
+    """Write a log, have it identified, and note what was named."""
+    # imported here: the study's counting and its tests need no calibration
+    from swarm_envs.calibration import read_log
+    from swarm_envs.calibration.identification import identify
+    from swarm_envs.worlds import load_world
+
+    outcome = Outcome(task.key, task.kind, draw(names_of(task), task.seed))
+    random = np.random.default_rng([task.seed, 5])
+    procedures = None
+    if task.kind == "nulls":
+        procedures = [task.procedures[random.integers(len(task.procedures))]]
+    if task.kind == "unlisted":
+        outcome.extra = sorted(UNLISTED)[task.index % len(UNLISTED)]
+    with tempfile.TemporaryDirectory() as folder:
+        log = generate_log(outcome.hidden, Path(folder) / "log", seed=task.seed, extra=outcome.extra, procedures=procedures)
+        began = time.perf_counter()
+        try:
+            found = identify(read_log(log), load_world("hero_plus"))
+        except Exception:
+            outcome.error = traceback.format_exc()
+        else:
+            for cause in found.causes:
+                outcome.named[cause.effect] = {
+                    name: (float(given.estimate), float(given.ci95[0]), float(given.ci95[1])) for name, given in cause.parameters.items()
+                }
+            outcome.groups = [list(group) for group in found.indistinguishable]
+            unexplained = getattr(found, "unexplained", None)
+            outcome.unexplained = None if unexplained is None else str(unexplained)
+        outcome.seconds = round(time.perf_counter() - began, 2)
+    return outcome
+
+
+def read_outcomes(path: Path) -> list[Outcome]:
+    """Outcomes written so far; a line cut off half-way is passed over and its draw done again."""
+    outcomes: dict[str, Outcome] = {}
+    for line in path.read_text().splitlines() if path.exists() else []:
+        try:
+            outcome = Outcome(**json.loads(line))
+        except (json.JSONDecodeError, TypeError):
+            continue
+        outcomes[outcome.key] = outcome
+    return list(outcomes.values())
+
+
+def run(tasks: Sequence[Task], out: Path, workers: int) -> list[Outcome]:
+    """Perform the tasks that are not done yet, and report on all.
+
+    Args:
+        tasks: The draws.
+        out: Folder of the results.
+        workers: Number of processes.
+
+    Returns:
+        The outcomes of the tasks.
+    """
+    out.mkdir(parents=True, exist_ok=True)
+    lines = out / "draws.jsonl"
+    wanted = {task.key for task in tasks}
+    done = {outcome.key for outcome in read_outcomes(lines)}
+    with lines.open("a") as file:
+        # closes a line that was cut off; readers pass over empty and broken ones
+        file.write("\n")
+        for number, outcome in enumerate(_performed([task for task in tasks if task.key not in done], workers), 1):
+            file.write(json.dumps(asdict(outcome)) + "\n")
+            file.flush()
+            hidden = ", ".join([*outcome.hidden, *([outcome.extra] if outcome.extra else [])]) or "nothing"
+            named = "FAILED" if outcome.error else ", ".join(outcome.named) or "nothing"
+            print(f"{number}/{len(wanted - done)} {outcome.kind}: hidden {hidden}; named {named} ({outcome.seconds:.0f} s)", flush=True)
+    outcomes = [outcome for outcome in read_outcomes(lines) if outcome.key in wanted]
+    (out / "study.md").write_text(report(outcomes))
+    (out / "draws.csv").write_text(table(outcomes))
+    return outcomes
+
+
+def _performed(tasks: Sequence[Task], workers: int) -> Iterable[Outcome]:
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(workers, mp_context=context, initializer=os.nice, initargs=(10,)) as pool:
+        for future in as_completed([pool.submit(perform, task) for task in tasks]):
+            yield future.result()
+
+
+def main(given: Sequence[str] | None = None) -> None:
+    """Run the study from the command line."""
+    parser = argparse.ArgumentParser(description="Hide effects in logs and count how often the calibration names them.")
+    for kind, number in zip(KINDS, (100, 100, 100, 30), strict=True):
+        parser.add_argument(f"--{kind}", type=int, default=number, help=f"number of draws (default {number})")
+    parser.add_argument("--out", type=Path, required=True, help="folder of the results")
+    parser.add_argument("--seed", type=int, default=0, help="first seed; another one draws other effects and logs")
+    parser.add_argument("--workers", type=int, default=2, help="processes (default 2)")
+    parser.add_argument("--procedures", nargs="+", choices=["drives", "swarm", "pushes"], default=["drives", "swarm", "pushes"])
+    arguments = parser.parse_args(given)
+    # one thread a worker: linear algebra here is too small to share
+    os.environ.update(dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"))
+    tasks = [
+        Task(kind, index, arguments.seed * 1_000_000 + 10_000 * place + index, tuple(arguments.procedures))
+        for place, kind in enumerate(KINDS)
+        for index in range(getattr(arguments, kind))
+    ]
+    run(tasks, arguments.out, arguments.workers)
+    print((arguments.out / "study.md").read_text())
+
+
+if __name__ == "__main__":
+    main()

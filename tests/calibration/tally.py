@@ -1,0 +1,151 @@
+"""Counts of what was hidden against what was named."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from typing import TYPE_CHECKING
+
+from tests.calibration.hidden.ranges import EFFECTS
+
+if TYPE_CHECKING:
+    from tests.calibration.study import Outcome
+
+SAME_NUMBER = {("clock_offset", "dead_time"): ("offset", "delay"), ("dead_time", "clock_offset"): ("delay", "offset")}
+"""Twins whose parameters are one number: poses stamped late look as commands that act late."""
+NOTHING = "nothing"
+
+
+def wilson(hits: int, trials: int) -> tuple[float, float]:
+    """Wilson's 95 % interval of a rate; (0, 1) without trials."""
+    if trials == 0:
+        return 0.0, 1.0
+    z = 1.959964
+    rate, scale = hits / trials, 1 + z * z / trials
+    middle = (rate + z * z / (2 * trials)) / scale
+    half = z / scale * math.sqrt(rate * (1 - rate) / trials + z * z / (4 * trials * trials))
+    return max(0.0, middle - half), min(1.0, middle + half)
+
+
+def twin(outcome: Outcome, effect: str) -> str | None:
+    """The named effect that the calibration calls indistinguishable from a hidden one that it did not name."""
+    for group in outcome.groups:
+        if effect in group and effect not in outcome.named:
+            for other in group:
+                if other in outcome.named and other not in outcome.hidden:
+                    return other
+    return None
+
+
+def found(outcome: Outcome, effect: str) -> bool:
+    """Whether a hidden effect was named, or said to be indistinguishable from one that was."""
+    return effect in outcome.named or twin(outcome, effect) is not None
+
+
+def intervals(outcome: Outcome, effect: str) -> dict[str, tuple[float, float, float]]:
+    """(estimate, low, high) of a found effect's parameters, those of an equal twin in its place."""
+    if effect in outcome.named:
+        return outcome.named[effect]
+    other = twin(outcome, effect)
+    if other is not None and (effect, other) in SAME_NUMBER:
+        mine, its = SAME_NUMBER[effect, other]
+        return {mine: outcome.named[other][its]}
+    return {}
+
+
+def covered(outcome: Outcome, effect: str) -> bool:
+    """Whether the intervals of all parameters of an effect hold the truth."""
+    given = intervals(outcome, effect)
+    return all(name in given and given[name][1] <= truth <= given[name][2] for name, truth in outcome.hidden[effect].items())
+
+
+def _rate(label: str, outcomes: Sequence[Outcome], hit: Callable[[Outcome], bool], demand: str) -> str:
+    hits, trials = sum(map(hit, outcomes)), len(outcomes)
+    low, high = wilson(hits, trials)
+    return f"| {label} | {hits} of {trials} | {100 * low:.1f} to {100 * high:.1f} % | {demand} |"
+
+
+def report(outcomes: Sequence[Outcome]) -> str:
+    """The study as Markdown."""
+    of = {kind: [outcome for outcome in outcomes if outcome.kind == kind] for kind in ("singles", "pairs", "nulls", "unlisted")}
+    # an effect that stays unnamed has no interval and counts as not covered
+    lines = [
+        "# Effects hidden against effects named",
+        "",
+        "| what | draws | Wilson 95 % | demanded |",
+        "| --- | --- | --- | --- |",
+        _rate("one effect, named", of["singles"], lambda o: all(found(o, name) for name in o.hidden), "at least 95 of 100"),
+        _rate("one effect, named by its own name", of["singles"], lambda o: o.hidden.keys() <= o.named.keys(), ""),
+        _rate("one effect, named and nothing else", of["singles"], lambda o: all(found(o, n) for n in o.hidden) and len(o.named) == 1, ""),
+        _rate(
+            "one effect, truth in the interval", of["singles"], lambda o: all(covered(o, name) for name in o.hidden), "at least 90 of 100"
+        ),
+        _rate("two effects, both named", of["pairs"], lambda o: all(found(o, name) for name in o.hidden), "at least 85 of 100"),
+        _rate("two effects, both truths in their intervals", of["pairs"], lambda o: all(covered(o, name) for name in o.hidden), ""),
+        _rate("no effect, something named", of["nulls"], lambda o: bool(o.named), "at most 5 of 100"),
+        _rate("unlisted effect, called unexplained", of["unlisted"], lambda o: o.unexplained is not None, ""),
+        _rate("calibration failed", outcomes, lambda o: o.error is not None, "0"),
+        "",
+    ]
+    if outcomes:
+        seconds = sorted(outcome.seconds for outcome in outcomes)
+        lines += [f"One log took {seconds[len(seconds) // 2]:.1f} s (median), {seconds[-1]:.1f} s at most.", ""]
+    lines += _confusion("One effect or none hidden", [*of["singles"], *of["nulls"], *of["unlisted"]])
+    lines += _by_effect([*of["singles"], *of["pairs"]])
+    return "\n".join(lines)
+
+
+def _ordered(names: Iterable[str]) -> list[str]:
+    order = {name: place for place, name in enumerate(EFFECTS)}
+    return sorted(set(names), key=lambda name: (order.get(name, len(order)), name))
+
+
+def _confusion(title: str, outcomes: Sequence[Outcome]) -> list[str]:
+    counts: Counter[tuple[str, str]] = Counter()
+    totals: Counter[str] = Counter()
+    for outcome in outcomes:
+        row = outcome.extra or next(iter(outcome.hidden), NOTHING)
+        totals[row] += 1
+        counts.update((row, name) for name in outcome.named or [NOTHING])
+    columns = _ordered(name for _, name in counts)
+    lines = [f"## {title}: rows hidden, columns named", "", "| hidden | draws | " + " | ".join(columns) + " |"]
+    lines.append("| --- " * (len(columns) + 2) + "|")
+    cells = {row: " | ".join(str(counts[row, name] or "") for name in columns) for row in totals}
+    return [*lines, *(f"| {row} | {totals[row]} | {cells[row]} |" for row in _ordered(totals)), ""]
+
+
+def _by_effect(outcomes: Sequence[Outcome]) -> list[str]:
+    lines = [
+        "## Each effect, hidden alone or with another",
+        "",
+        "| effect | hidden | named | Wilson 95 % | truth in the interval, of those named |",
+    ]
+    lines.append("| --- | --- | --- | --- | --- |")
+    for effect in _ordered(name for outcome in outcomes for name in outcome.hidden):
+        having = [outcome for outcome in outcomes if effect in outcome.hidden]
+        named = [outcome for outcome in having if found(outcome, effect)]
+        low, high = wilson(len(named), len(having))
+        right = sum(covered(outcome, effect) for outcome in named)
+        lines.append(f"| {effect} | {len(having)} | {len(named)} | {100 * low:.0f} to {100 * high:.0f} % | {right} of {len(named)} |")
+    return [*lines, ""]
+
+
+def table(outcomes: Sequence[Outcome]) -> str:
+    """One row for each parameter hidden, and for each named that was not, as CSV in SI units."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["draw", "kind", "extra", "effect", "parameter", "hidden", "estimate", "low", "high", "found", "covered", "seconds"])
+    for o in outcomes:
+        for effect in [*o.hidden, *(name for name in o.named if name not in o.hidden)]:
+            given, truth = intervals(o, effect), o.hidden.get(effect, {})
+            for parameter in truth or given:
+                value = given.get(parameter, ("", "", ""))
+                inside = parameter in truth and parameter in given and value[1] <= truth[parameter] <= value[2]
+                flags = [int(effect in o.hidden and found(o, effect)), int(inside)]
+                writer.writerow([o.key, o.kind, o.extra or "", effect, parameter, truth.get(parameter, ""), *value, *flags, o.seconds])
+        if not o.hidden and not o.named:
+            writer.writerow([o.key, o.kind, o.extra or "", "", "", "", "", "", "", "", "", o.seconds])
+    return text.getvalue()

@@ -1,0 +1,72 @@
+"""The study counts what it should."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.calibration.generator import EFFECTS
+from tests.calibration.study import Outcome, Task, names_of, read_outcomes
+from tests.calibration.tally import covered, found, report, table, wilson
+
+RIGHT = Outcome("a", "singles", {"turn_bias": {"bias": 0.5}}, named={"turn_bias": {"bias": (0.49, 0.45, 0.53)}})
+OFF = Outcome("b", "singles", {"turn_bias": {"bias": 0.5}}, named={"turn_bias": {"bias": (0.4, 0.35, 0.45)}, "motor_lag": {}})
+TWIN = Outcome(
+    "c",
+    "singles",
+    {"clock_offset": {"offset": 0.2}},
+    named={"dead_time": {"delay": (0.2, 0.19, 0.21)}},
+    groups=[["dead_time", "clock_offset"]],
+)
+MISSED = Outcome("d", "nulls", {})
+
+
+def test_wilson_intervals_are_the_textbooks():
+    assert wilson(95, 100) == pytest.approx((0.8882, 0.9785), abs=1e-3)
+    assert wilson(0, 100) == pytest.approx((0.0, 0.0370), abs=1e-3)
+
+
+def test_a_truth_is_covered_only_inside_every_interval():
+    assert found(RIGHT, "turn_bias")
+    assert covered(RIGHT, "turn_bias")
+    assert found(OFF, "turn_bias")
+    assert not covered(OFF, "turn_bias")
+
+
+def test_an_inseparable_twin_counts_as_found_when_the_calibration_says_so():
+    assert found(TWIN, "clock_offset")
+    assert covered(TWIN, "clock_offset")
+    silent = Outcome("e", "singles", TWIN.hidden, named=TWIN.named)
+    assert not found(silent, "clock_offset")
+
+
+def test_the_report_counts_each_kind():
+    text = report([RIGHT, OFF, TWIN, MISSED])
+    assert "| one effect, named | 3 of 3 |" in text
+    assert "| one effect, named and nothing else | 2 of 3 |" in text
+    assert "| one effect, truth in the interval | 2 of 3 |" in text
+    assert "| no effect, something named | 0 of 1 |" in text
+    assert "| turn_bias | 2 | 2 | 34 to 100 % | 1 of 2 |" in text
+    confusion = next(line for line in text.splitlines() if line.startswith("| hidden | draws |"))
+    assert confusion == "| hidden | draws | turn_bias | dead_time | motor_lag | nothing |"
+    assert "| turn_bias | 2 | 2 |  | 1 |  |" in text
+    assert "| clock_offset | 1 |  | 1 |  |  |" in text
+    assert "| nothing | 1 |  |  |  | 1 |" in text
+
+
+def test_the_table_has_a_row_for_each_parameter_hidden_or_named():
+    rows = [row.split(",")[:4] for row in table([RIGHT, TWIN, MISSED]).splitlines()[1:]]
+    assert [(row[0], row[3]) for row in rows] == [("a", "turn_bias"), ("c", "clock_offset"), ("c", "dead_time"), ("d", "")]
+
+
+def test_two_effects_that_no_log_separates_are_not_hidden_together():
+    for seed in range(300):
+        names = names_of(Task("pairs", 0, seed, ("drives",)))
+        assert len(set(names)) == 2
+        assert set(names) != {"dead_time", "clock_offset"}
+        assert all(EFFECTS[name].procedure == "drives" for name in names)
+
+
+def test_a_line_cut_off_is_done_again(tmp_path):
+    path = tmp_path / "draws.jsonl"
+    path.write_text('{"key": "x", "kind": "nulls", "hidden": {}}\n{"key": "y", "ki')
+    assert [outcome.key for outcome in read_outcomes(path)] == ["x"]
