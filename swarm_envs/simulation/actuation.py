@@ -17,9 +17,10 @@ from swarm_envs.simulation import parameters as p
 from swarm_envs.simulation.parameters import FloatArray, WorldArrays
 from swarm_envs.simulation.randomness import STREAM_COMMAND_LOSS, STREAM_START_KICK, normal, uniform
 from swarm_envs.simulation.state import StateArrays
+from swarm_envs.simulation.trigonometry import cos_sin, sinc
 
 
-@compiled(forceinline=True)
+@compiled(forceinline=True, _nrt=False)
 def give_commands(world: WorldArrays, state: StateArrays, w: int, commands: FloatArray) -> None:
     """Hand each robot of world ``w`` its command for this tick.
 
@@ -42,7 +43,7 @@ def give_commands(world: WorldArrays, state: StateArrays, w: int, commands: Floa
             state.history[w, i, slot, 1] = held[i, 1]
 
 
-@compiled(forceinline=True)
+@compiled(forceinline=True, _nrt=False)
 def drive(world: WorldArrays, state: StateArrays, w: int, begin: float, end: float, wish: FloatArray) -> None:
     """Write the velocity with which each robot would cover [begin, end] of this tick without contact.
 
@@ -54,37 +55,30 @@ def drive(world: WorldArrays, state: StateArrays, w: int, begin: float, end: flo
         end: Share of the tick at the end of the interval, 0 to 1.
         wish: (R, 3) written: mean vx and vy in m/s in the arena frame (displacement over duration) and omega in rad/s.
     """
-    if world.ideal_drive:
-        duration = (end - begin) * world.tick
-        for i in range(wish.shape[0]):
-            v = state.held[w, i, 0]
-            omega = state.held[w, i, 1]
-            half_turn = 0.5 * omega * duration
-            direction = state.poses[w, i, 2] + half_turn
-            chord = v * sinc(half_turn)
-            wish[i, 0] = chord * math.cos(direction)
-            wish[i, 1] = chord * math.sin(direction)
-            wish[i, 2] = omega
-            state.motion[w, i, 0] = v
-            state.motion[w, i, 1] = omega
-        return
     for i in range(wish.shape[0]):
-        if state.stalled[w, i]:
-            wish[i] = 0.0
-            state.motion[w, i] = 0.0
-        else:
-            drive_with_effects(world, state, w, i, begin, end, wish[i])
+        drive_robot(world, state, w, i, begin, end, wish)
 
 
-@compiled()
-def sinc(x: float) -> float:
-    """Return sin(x) / x, by its series where the quotient would lose digits."""
-    return math.sin(x) / x if abs(x) > 1e-4 else 1.0 - x * x / 6.0
+@compiled(forceinline=True, _nrt=False)
+def drive_robot(world: WorldArrays, state: StateArrays, w: int, i: int, begin: float, end: float, wish: FloatArray) -> None:
+    """Write the velocity with which robot ``i`` would cover [begin, end] of this tick without contact; see :func:`drive`."""
+    if world.ideal_drive:
+        v, omega = state.held[w, i, 0], state.held[w, i, 1]
+        half_turn = 0.5 * omega * (end - begin) * world.tick
+        c, s = cos_sin(state.poses[w, i, 2] + half_turn)
+        chord = v * sinc(half_turn)
+        wish[i, 0], wish[i, 1], wish[i, 2] = chord * c, chord * s, omega
+        state.motion[w, i, 0], state.motion[w, i, 1] = v, omega
+    elif state.stalled[w, i]:
+        wish[i, 0] = wish[i, 1] = wish[i, 2] = 0.0
+        state.motion[w, i, 0] = state.motion[w, i, 1] = 0.0
+    else:
+        drive_with_effects(world, state, w, i, begin, end, wish)
 
 
-@compiled()
+@compiled(_nrt=False)
 def drive_with_effects(world: WorldArrays, state: StateArrays, w: int, i: int, begin: float, end: float, wish: FloatArray) -> None:
-    """Write robot ``i``'s mean velocity (3,) over [begin, end] of the tick, every effect included."""
+    """Write robot ``i``'s mean velocity into its row of ``wish`` (R, 3) over [begin, end] of the tick, every effect included."""
     robot = world.robots[i]
     tick = state.ticks[w]
     switch = share_of_switch(robot[p.DEAD_TIME], world.tick)
@@ -115,12 +109,10 @@ def drive_with_effects(world: WorldArrays, state: StateArrays, w: int, i: int, b
                 y += robot[p.FLOOR_DRIFT_Y] * duration
             at = until
     span = (end - begin) * world.tick
-    wish[0] = x / span
-    wish[1] = y / span
-    wish[2] = turn / span
+    wish[i, 0], wish[i, 1], wish[i, 2] = x / span, y / span, turn / span
 
 
-@compiled()
+@compiled(_nrt=False)
 def share_of_switch(dead_time: float, tick: float) -> float:
     """Return the share of a tick after which a delayed command takes over, 0 when it does at the tick's start."""
     late = dead_time / tick
@@ -128,7 +120,7 @@ def share_of_switch(dead_time: float, tick: float) -> float:
     return 0.0 if share < 1e-9 or share > 1.0 - 1e-9 else share
 
 
-@compiled()
+@compiled(_nrt=False)
 def target(world: WorldArrays, state: StateArrays, w: int, i: int, switched: bool, now: float) -> tuple[float, float, float]:
     """Return what the motors are asked for, v in m/s and omega in rad/s, and the turn in rad of a start that happens now.
 
@@ -161,7 +153,7 @@ def target(world: WorldArrays, state: StateArrays, w: int, i: int, switched: boo
     return v, omega, kick
 
 
-@compiled()
+@compiled(_nrt=False)
 def stand_below_deadband(v: float, omega: float, threshold: float, wheel_base: float) -> tuple[float, float]:
     """Stop each wheel whose rim is asked for less than ``threshold`` m/s."""
     if threshold == 0.0:
@@ -173,7 +165,7 @@ def stand_below_deadband(v: float, omega: float, threshold: float, wheel_base: f
     return 0.5 * (left + right), (right - left) / wheel_base
 
 
-@compiled()
+@compiled(_nrt=False)
 def clip_rims(v: float, omega: float, limit: float, wheel_base: float) -> tuple[float, float]:
     """Clip the rim speed of each wheel to ``limit`` m/s."""
     if limit == math.inf:
@@ -183,13 +175,13 @@ def clip_rims(v: float, omega: float, limit: float, wheel_base: float) -> tuple[
     return 0.5 * (left + right), (right - left) / wheel_base
 
 
-@compiled()
+@compiled(_nrt=False)
 def settled(now: float, goal: float, duration: float, time_constant: float) -> float:
     """Return a first-order response's value after ``duration`` s."""
     return goal if time_constant == 0.0 else goal + (now - goal) * math.exp(-duration / time_constant)
 
 
-@compiled()
+@compiled(_nrt=False)
 def lagged(now: float, goal: float, duration: float, time_constant: float) -> float:
     """Return a first-order response's mean over ``duration`` s."""
     if time_constant == 0.0:

@@ -176,9 +176,9 @@ def _add_walls(space: pymunk.Space, world: WorldSpec) -> None:
         space.add(segment)
 
 
-@compiled(forceinline=True)
-def advance(world: WorldArrays, state: StateArrays, spaces: SpaceArrays, w: int, wish: FloatArray) -> None:
-    """Move the robots and objects of world ``w`` through one tick with contact; ``wish`` (R, 3) is scratch memory."""
+@compiled(forceinline=True, _nrt=False)
+def advance(world: WorldArrays, state: StateArrays, spaces: SpaceArrays, w: int, wish: FloatArray, velocity: FloatArray) -> None:
+    """Move the robots and objects of world ``w`` through one tick with contact; ``wish`` and ``velocity`` (R, 3) are scratch."""
     handles = spaces.handles[w]
     counters = spaces.counters[w]
     near = world.objects.shape[0] > 0 or anything_near(world, state.poses[w], 2.0 * world.reach)
@@ -187,7 +187,7 @@ def advance(world: WorldArrays, state: StateArrays, spaces: SpaceArrays, w: int,
     while at < LATTICE:
         until = min(LATTICE, at + longest)
         if near and wish.shape[0] <= LARGE:
-            touch = time_to_touch(world, state.poses[w], state.held[w] if world.ideal_drive else state.motion[w])
+            touch = time_to_touch(world, state.poses[w], state.held[w] if world.ideal_drive else state.motion[w], velocity)
             if touch * LATTICE < (until - at) * world.tick:
                 until = at + int(touch / world.tick * LATTICE) + 1
         duration = (until - at) * world.tick / LATTICE
@@ -205,7 +205,7 @@ def advance(world: WorldArrays, state: StateArrays, spaces: SpaceArrays, w: int,
         at = until
 
 
-@compiled(forceinline=True)
+@compiled(forceinline=True, _nrt=False)
 def write_wishes(world: WorldArrays, state: StateArrays, w: int, wish: FloatArray, values: FloatArray) -> None:
     """Lay out the velocities that the solver starts from: robots' wishes, and objects' own."""
     robots = wish.shape[0]
@@ -217,7 +217,7 @@ def write_wishes(world: WorldArrays, state: StateArrays, w: int, wish: FloatArra
             values[3 * (robots + b) + k] = state.objects[w, b, 3 + k]
 
 
-@compiled(forceinline=True)
+@compiled(forceinline=True, _nrt=False)
 def read_bodies(state: StateArrays, w: int, values: FloatArray) -> None:
     """Copy poses of robots and poses and velocities of objects out of the batch."""
     robots = state.poses.shape[1]

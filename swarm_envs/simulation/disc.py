@@ -6,21 +6,25 @@ Discs and straight walls only get farther apart than the linearised gap says, wh
 A tick is solved twice: first to see where it leads, then with the normals and headings of its middle, which makes sliding and
 turning contacts accurate to second order.
 Friction is Coulomb's on the velocity of the contact points, spins included, bounded by the normal impulse.
+
+A tick costs what happens in it: a robot with nothing near drives its arc; one with a single wall near is solved in closed form, since
+nobody else is concerned; the others, the crowd, are solved together.
 """
 
 from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from swarm_envs.compiled import compiled
 from swarm_envs.simulation import parameters as p
-from swarm_envs.simulation.actuation import drive
-from swarm_envs.simulation.grid import IntArray, bins
+from swarm_envs.simulation import scratch as m
+from swarm_envs.simulation.actuation import drive_robot
+from swarm_envs.simulation.grid import bins
 from swarm_envs.simulation.parameters import FloatArray, WorldArrays
+from swarm_envs.simulation.scratch import IntArray, Scratch, scratch_for
 from swarm_envs.simulation.state import StateArrays
-from swarm_envs.simulation.touching import LARGE, time_to_touch
+from swarm_envs.simulation.touching import LARGE
+from swarm_envs.simulation.trigonometry import cos_sin, sinc
 
 MAX_ITERATIONS = 200
 """Most passes over the contacts in one tick."""
@@ -30,76 +34,244 @@ LATTICE = p.MICRO_STEPS
 """A tick is divided only on this lattice."""
 GRID_FROM = 40
 """With this many robots or more, pairs are found through a grid."""
+TOUCHING = 1e-6
+"""A gap in m that counts as closed already: no part of a tick begins with its closing."""
 
 # Columns of a contact.
-FIRST, SECOND, NORMAL_X, NORMAL_Y, GAP, FRICTION, RESTITUTION, PUSH, DRAG, TARGET = range(10)
-WALL = -1.0
+(
+    NORMAL_X,
+    NORMAL_Y,
+    GAP,
+    FRICTION,
+    RESTITUTION,
+    PUSH,
+    DRAG,
+    TARGET,
+    MASS_ALONG,  # kg that an impulse along the normal moves
+    MASS_ACROSS,  # kg that an impulse across it moves, spins included
+    FIRST_LIGHT,  # 1 / kg of the first robot
+    FIRST_SPIN,  # rad/s of the first robot for an impulse across
+    FIRST_RADIUS,
+    SECOND_LIGHT,  # these three are 0 for walls
+    SECOND_SPIN,
+    SECOND_RADIUS,
+) = range(16)
+WIDTH = 16
+
+# How a robot is solved, in Scratch.place: values from 0 are the only contact's index.
+FREE, CROWD = -1, -2
+NOWHERE = 1e9
+"""Gap in m of a wall that a robot has left behind within a tick."""
 
 
-@compiled(forceinline=True)
-def advance(world: WorldArrays, state: StateArrays, w: int, wish: FloatArray, contacts: FloatArray) -> None:
-    """Move the robots of world ``w`` through one tick with contact, in two parts where some first touch within it.
-
-    Args:
-        world: Parameters.
-        state: State; ``poses`` change.
-        w: Index of the world.
-        wish: (R, 3) scratch memory.
-        contacts: (C, 10) scratch memory; C bounds the number of contacts.
-    """
+@compiled(forceinline=True, _nrt=False)
+def advance(world: WorldArrays, state: StateArrays, w: int, scratch: Scratch) -> None:
+    """Move the robots of world ``w`` through one tick with contact; ``poses`` of the state change."""
     poses = state.poses[w]
+    count = find_contacts(world, poses, scratch)
+    if count == 0:
+        if world.ideal_drive:
+            drive_freely(world, state, w)
+        else:
+            for i in range(poses.shape[0]):
+                move_freely(world, state, w, i, scratch)
+    else:
+        advance_touching(world, state, w, scratch, count)
+
+
+@compiled(forceinline=True, _nrt=False)
+def drive_freely(world: WorldArrays, state: StateArrays, w: int) -> None:
+    """Move robots without drive effects through a tick without contact: each on its arc."""
+    poses, held, motion, tick = state.poses, state.held, state.motion, world.tick
+    for i in range(poses.shape[1]):
+        v, omega = held[w, i, 0], held[w, i, 1]
+        half_turn = 0.5 * omega * tick
+        c, s = cos_sin(poses[w, i, 2] + half_turn)
+        chord = v * sinc(half_turn)
+        poses[w, i, 0] += chord * c * tick
+        poses[w, i, 1] += chord * s * tick
+        poses[w, i, 2] += omega * tick
+        motion[w, i, 0], motion[w, i, 1] = v, omega
+
+
+@compiled(forceinline=True, _nrt=False)
+def move_freely(world: WorldArrays, state: StateArrays, w: int, i: int, scratch: Scratch) -> None:
+    """Move one robot through a tick without contact."""
+    wish = scratch.free
+    drive_robot(world, state, w, i, 0.0, 1.0, wish)
+    for k in range(3):
+        state.poses[w, i, k] += wish[i, k] * world.tick
+
+
+@compiled(_nrt=False)
+def advance_touching(world: WorldArrays, state: StateArrays, w: int, scratch: Scratch, count: int) -> None:
+    """Move the robots of world ``w`` through one tick in which ``count`` contacts could close."""
+    place, partners = scratch.place, scratch.partners
+    robots = place.shape[0]
+    for i in range(robots):
+        place[i] = FREE
+    for k in range(count):
+        i, j = partners[k, 0], partners[k, 1]
+        if j < robots:
+            place[i] = place[j] = CROWD
+        else:
+            place[i] = k if place[i] == FREE else CROWD
+    crowd = False
+    for i in range(robots):
+        if place[i] == FREE:
+            move_freely(world, state, w, i, scratch)
+        elif place[i] == CROWD:
+            crowd = True
+        else:
+            slide(world, state, w, i, scratch)
+    if crowd:
+        kept = 0
+        for k in range(count):
+            if place[partners[k, 0]] == CROWD:
+                if kept != k:
+                    for c in range(WIDTH):
+                        scratch.contacts[kept, c] = scratch.contacts[k, c]
+                    for c in range(3):
+                        partners[kept, c] = partners[k, c]
+                kept += 1
+        advance_crowd(world, state, w, scratch, kept)
+
+
+@compiled(forceinline=True, _nrt=False)
+def slide(world: WorldArrays, state: StateArrays, w: int, i: int, scratch: Scratch) -> None:
+    """Move a robot with one wall near through a tick, in two parts where it first touches within it.
+
+    A normal impulse does not change how fast the contact point slides, nor a tangential one how fast the gap closes:
+    one after the other they are the solution.
+    """
+    wish = scratch.free
+    contact = scratch.contacts[scratch.place[i]]
+    nx, ny, gap = contact[NORMAL_X], contact[NORMAL_Y], contact[GAP]
+    speed = state.held[w, i, 0] if world.ideal_drive else state.motion[w, i, 0]
     at = 0
     while at < LATTICE:
-        count = find_contacts(world, poses, contacts)
         until = LATTICE
-        if count > 0 and poses.shape[0] <= LARGE:
-            touch = time_to_touch(world, poses, state.held[w] if world.ideal_drive else state.motion[w])
-            if touch < (LATTICE - at) * world.tick / LATTICE:
-                first = int(touch / world.tick * LATTICE)
-                until = at + first if first > 0 else LATTICE
-        drive(world, state, w, at / LATTICE, until / LATTICE, wish)
-        move(world, poses, (until - at) * world.tick / LATTICE, wish, contacts, count)
+        if at == 0 and gap > TOUCHING:
+            c, s = cos_sin(state.poses[w, i, 2])
+            closing = speed * (c * nx + s * ny)
+            if closing * world.tick > gap:
+                first = int(gap / closing / world.tick * LATTICE)
+                until = first if first > 0 else LATTICE
+        drive_robot(world, state, w, i, at / LATTICE, until / LATTICE, wish)
+        duration = (until - at) * world.tick / LATTICE
+        vx, vy, omega = wish[i, 0], wish[i, 1], wish[i, 2]
+        closing = vx * nx + vy * ny
+        allowed = gap / duration
+        if closing > allowed:
+            slid = slide_along(contact, nx, ny, vx, vy, omega, allowed)
+            c, s = cos_sin(0.5 * duration * (slid[2] - omega))
+            vx, vy = c * vx - s * vy, s * vx + c * vy
+            closing = vx * nx + vy * ny
+            if closing > allowed:
+                vx, vy, omega = slide_along(contact, nx, ny, vx, vy, omega, allowed)
+        state.poses[w, i, 0] += vx * duration
+        state.poses[w, i, 1] += vy * duration
+        state.poses[w, i, 2] += omega * duration
+        gap -= (vx * nx + vy * ny) * duration
         at = until
 
 
-@compiled(forceinline=True)
-def move(world: WorldArrays, poses: FloatArray, duration: float, wish: FloatArray, contacts: FloatArray, count: int) -> None:
-    """Move robots (R, 3) for ``duration`` s with the velocities nearest to ``wish`` (R, 3) that the contacts allow."""
-    if count > 0:
-        free = wish.copy()
-        if solve(world.robots, duration, wish, contacts, count, 5.0 * TOLERANCE):
-            to_middle(world, poses, duration, free, wish, contacts, count)
-            wish[:] = free
-            solve(world.robots, duration, wish, contacts, count, TOLERANCE)
-    for i in range(poses.shape[0]):
-        for k in range(3):
-            poses[i, k] += wish[i, k] * duration
+@compiled(forceinline=True, _nrt=False)
+def slide_along(
+    contact: FloatArray, nx: float, ny: float, vx: float, vy: float, omega: float, allowed: float
+) -> tuple[float, float, float]:
+    """Return the velocity nearest to (vx, vy, omega) that closes the gap of a wall, along (nx, ny), no faster than ``allowed``."""
+    closing = vx * nx + vy * ny
+    allowed = min(allowed, -contact[RESTITUTION] * closing) if contact[RESTITUTION] > 0.0 else allowed
+    push = (closing - allowed) * contact[MASS_ALONG]
+    slip = vy * nx - vx * ny + contact[FIRST_RADIUS] * omega
+    bound = contact[FRICTION] * push
+    drag = min(max(slip * contact[MASS_ACROSS], -bound), bound)
+    light = contact[FIRST_LIGHT]
+    return vx - light * (nx * push - ny * drag), vy - light * (ny * push + nx * drag), omega - contact[FIRST_SPIN] * drag
 
 
-@compiled(forceinline=True)
-def to_middle(
-    world: WorldArrays, poses: FloatArray, duration: float, free: FloatArray, solved: FloatArray, contacts: FloatArray, count: int
-) -> None:
-    """Turn wishes and normals to the middle of the motion that the first solution ``solved`` leads through.
+@compiled(forceinline=True, _nrt=False)
+def advance_crowd(world: WorldArrays, state: StateArrays, w: int, scratch: Scratch, count: int) -> None:
+    """Move the robots of the crowd through one tick, in two parts where some first touch within it."""
+    poses, place, velocity, free = state.poses[w], scratch.place, scratch.velocity, scratch.free
+    robots = place.shape[0]
+    at = 0
+    while at < LATTICE:
+        until = LATTICE
+        if at > 0:
+            for k in range(count):
+                renew(world, poses, scratch, k)
+        elif robots <= LARGE:
+            until = first_touch(world, state, w, scratch, count)
+        duration = (until - at) * world.tick / LATTICE
+        for i in range(robots):
+            if place[i] == CROWD:
+                drive_robot(world, state, w, i, at / LATTICE, until / LATTICE, free)
+                for k in range(3):
+                    velocity[i, k] = free[i, k]
+        if solve(duration, scratch, count, 5.0 * TOLERANCE):
+            to_middle(poses, duration, scratch, count)
+            for i in range(robots):
+                for k in range(3):
+                    velocity[i, k] = free[i, k]
+            solve(duration, scratch, count, TOLERANCE)
+        for i in range(robots):
+            if place[i] == CROWD:
+                for k in range(3):
+                    poses[i, k] += velocity[i, k] * duration
+        at = until
 
-    Args:
-        world: Parameters.
-        poses: (R, 3) at its start.
-        duration: Of the motion in s.
-        free: (R, 3) velocities without contact; turned with the headings.
-        solved: (R, 3) velocities of the first solution.
-        contacts: (C, 10) normals and gaps change.
-        count: Number of contacts.
+
+@compiled(forceinline=True, _nrt=False)
+def first_touch(world: WorldArrays, state: StateArrays, w: int, scratch: Scratch, count: int) -> int:
+    """Return the point of the tick's lattice at or before which contacts that are apart first touch, else the tick's end.
+
+    Robots are taken to drive straight on; a touch before the lattice's first point divides nothing.
     """
-    half = 0.5 * duration
-    for i in range(free.shape[0]):
+    poses, velocity = state.poses[w], scratch.velocity
+    robots = poses.shape[0]
+    for i in range(robots):
+        if scratch.place[i] == CROWD:
+            speed = state.held[w, i, 0] if world.ideal_drive else state.motion[w, i, 0]
+            c, s = cos_sin(poses[i, 2])
+            velocity[i, 0], velocity[i, 1] = speed * c, speed * s
+    soonest = world.tick
+    for k in range(count):
+        i, j = scratch.partners[k, 0], scratch.partners[k, 1]
+        contact = scratch.contacts[k]
+        gap = contact[GAP]
+        if gap <= TOUCHING:
+            continue
+        vx, vy = velocity[j, 0] - velocity[i, 0], velocity[j, 1] - velocity[i, 1]
+        closing = -(vx * contact[NORMAL_X] + vy * contact[NORMAL_Y])
+        if closing <= 0.0:
+            continue
+        if j == robots:
+            soonest = min(soonest, gap / closing)
+        else:
+            touch = contact[FIRST_RADIUS] + contact[SECOND_RADIUS]
+            approach, squared = closing * (gap + touch), vx * vx + vy * vy
+            inside = approach * approach - squared * gap * (gap + 2.0 * touch)
+            if inside > 0.0:
+                soonest = min(soonest, (approach - math.sqrt(inside)) / squared)
+    first = int(soonest / world.tick * LATTICE)
+    return first if first > 0 else LATTICE
+
+
+@compiled(forceinline=True, _nrt=False)
+def to_middle(poses: FloatArray, duration: float, scratch: Scratch, count: int) -> None:
+    """Turn wishes and normals to the middle of the motion of ``duration`` s that the first solution leads through."""
+    half, free, solved, contacts = 0.5 * duration, scratch.free, scratch.velocity, scratch.contacts
+    robots = free.shape[0]
+    for i in range(robots):
         turned = (solved[i, 2] - free[i, 2]) * half
-        if turned != 0.0:
-            c, s = math.cos(turned), math.sin(turned)
+        if scratch.place[i] == CROWD and turned != 0.0:
+            c, s = cos_sin(turned)
             free[i, 0], free[i, 1] = c * free[i, 0] - s * free[i, 1], s * free[i, 0] + c * free[i, 1]
     for k in range(count):
-        i, j = int(contacts[k, FIRST]), int(contacts[k, SECOND])
-        if j < 0 or contacts[k, PUSH] == 0.0:
+        i, j = scratch.partners[k, 0], scratch.partners[k, 1]
+        if j == robots or contacts[k, PUSH] == 0.0:
             continue
         dx, dy = poses[j, 0] - poses[i, 0], poses[j, 1] - poses[i, 1]
         mx, my = dx + (solved[j, 0] - solved[i, 0]) * half, dy + (solved[j, 1] - solved[i, 1]) * half
@@ -107,93 +279,134 @@ def to_middle(
         if length > 1e-9:
             contacts[k, NORMAL_X], contacts[k, NORMAL_Y] = mx / length, my / length
             # the gap along the new normal: what the new normal sees of the distance, less the two radii
-            contacts[k, GAP] = (dx * mx + dy * my) / length - world.robots[i, p.RADIUS] - world.robots[j, p.RADIUS]
+            contacts[k, GAP] = (dx * mx + dy * my) / length - contacts[k, FIRST_RADIUS] - contacts[k, SECOND_RADIUS]
 
 
-@compiled(forceinline=True)
-def find_contacts(world: WorldArrays, poses: FloatArray, contacts: FloatArray) -> int:
+@compiled(forceinline=True, _nrt=False)
+def find_contacts(world: WorldArrays, poses: FloatArray, scratch: Scratch) -> int:
     """Write every contact that could close within a tick; return their number."""
-    robots, walls = world.robots, world.walls
+    robots, walls, columns = world.robots, world.walls, scratch.columns
     count = poses.shape[0]
+    for i in range(count):
+        columns[m.X, i], columns[m.Y, i] = poses[i, 0], poses[i, 1]
+        columns[m.NEAR, i] = robots[i, p.RADIUS] + world.reach
     found = 0
     if count >= GRID_FROM:
-        found = find_pairs_with_grid(world, poses, contacts)
+        found = find_pairs_with_grid(world, poses, scratch)
     else:
+        for i in range(1, count):
+            x, y, near = columns[m.X, i], columns[m.Y, i], columns[m.NEAR, i]
+            # few are near: one look at all without a branch, then one by one
+            close = 0
+            for j in range(count):
+                dx, dy, both = columns[m.X, j] - x, columns[m.Y, j] - y, columns[m.NEAR, j] + near
+                close += dx * dx + dy * dy < both * both
+            if close > 1:
+                for j in range(i):
+                    found = add_pair(world, poses, i, j, scratch, found)
+    for e in range(walls.shape[0]):
+        x, y, ux, uy = walls[e, p.START_X], walls[e, p.START_Y], walls[e, p.ALONG_X], walls[e, p.ALONG_Y]
+        close = 0
         for i in range(count):
-            for j in range(i):
-                dx, dy = poses[j, 0] - poses[i, 0], poses[j, 1] - poses[i, 1]
-                near = robots[i, p.RADIUS] + robots[j, p.RADIUS] + 2.0 * world.reach
-                if dx * dx + dy * dy < near * near:
-                    found = add_pair(world, i, j, dx, dy, contacts, found)
-    for i in range(count):
-        near = robots[i, p.RADIUS] + world.reach
-        for e in range(walls.shape[0]):
-            px, py = poses[i, 0] - walls[e, p.START_X], poses[i, 1] - walls[e, p.START_Y]
             # the wall's free side is to its left: positive distances from its line
-            distance = walls[e, p.ALONG_X] * py - walls[e, p.ALONG_Y] * px
-            if -near < distance < near:
-                found = add_wall(world, i, e, px, py, distance, contacts, found)
+            close += abs(ux * (columns[m.Y, i] - y) - uy * (columns[m.X, i] - x)) < columns[m.NEAR, i]
+        if close > 0:
+            for i in range(count):
+                if abs(ux * (columns[m.Y, i] - y) - uy * (columns[m.X, i] - x)) < columns[m.NEAR, i]:
+                    found = add_wall(world, poses, i, e, scratch, found)
     return found
 
 
-@compiled(forceinline=True)
-def add_pair(world: WorldArrays, i: int, j: int, dx: float, dy: float, contacts: FloatArray, found: int) -> int:
-    """Append the contact of robots ``i`` and ``j``, (dx, dy) from one to the other; return the number of contacts."""
-    if found >= contacts.shape[0]:
+@compiled(forceinline=True, _nrt=False)
+def add_pair(world: WorldArrays, poses: FloatArray, i: int, j: int, scratch: Scratch, found: int) -> int:
+    """Append the contact of robots ``i`` and ``j`` if they are near; return the number of contacts."""
+    dx, dy = poses[j, 0] - poses[i, 0], poses[j, 1] - poses[i, 1]
+    near = world.robots[i, p.RADIUS] + world.robots[j, p.RADIUS] + 2.0 * world.reach
+    if dx * dx + dy * dy >= near * near or found >= scratch.contacts.shape[0]:
         return found
+    contact, first, second = scratch.contacts[found], world.robots[i], world.robots[j]
     distance = math.sqrt(dx * dx + dy * dy)
-    contacts[found, FIRST], contacts[found, SECOND] = i, j
+    scratch.partners[found, 0], scratch.partners[found, 1] = i, j
     # two centres in one place have no normal: any will do to part them
-    contacts[found, NORMAL_X] = dx / distance if distance > 1e-12 else 1.0
-    contacts[found, NORMAL_Y] = dy / distance if distance > 1e-12 else 0.0
-    contacts[found, GAP] = distance - world.robots[i, p.RADIUS] - world.robots[j, p.RADIUS]
-    contacts[found, PUSH] = contacts[found, DRAG] = 0.0
-    contacts[found, FRICTION] = world.contact[p.ROBOT_FRICTION]
-    contacts[found, RESTITUTION] = world.contact[p.ROBOT_RESTITUTION]
+    contact[NORMAL_X] = dx / distance if distance > 1e-12 else 1.0
+    contact[NORMAL_Y] = dy / distance if distance > 1e-12 else 0.0
+    contact[GAP] = distance - first[p.RADIUS] - second[p.RADIUS]
+    contact[FRICTION], contact[RESTITUTION] = world.contact[p.ROBOT_FRICTION], world.contact[p.ROBOT_RESTITUTION]
+    contact[PUSH] = contact[DRAG] = 0.0
+    contact[FIRST_LIGHT], contact[FIRST_SPIN], contact[FIRST_RADIUS] = first[p.INVERSE_MASS], first[p.SPIN], first[p.RADIUS]
+    contact[SECOND_LIGHT], contact[SECOND_SPIN], contact[SECOND_RADIUS] = second[p.INVERSE_MASS], second[p.SPIN], second[p.RADIUS]
+    add_masses(contact)
     return found + 1
 
 
-@compiled(forceinline=True)
-def add_wall(world: WorldArrays, i: int, e: int, px: float, py: float, distance: float, contacts: FloatArray, found: int) -> int:
-    """Append the contact of robot ``i`` with wall ``e`` if it is near; return the number of contacts.
+@compiled(forceinline=True, _nrt=False)
+def add_wall(world: WorldArrays, poses: FloatArray, i: int, e: int, scratch: Scratch, found: int) -> int:
+    """Append the contact of robot ``i`` with wall ``e`` if it is near; return the number of contacts."""
+    if found >= scratch.contacts.shape[0]:
+        return found
+    nx, ny, gap = wall_seen(world, poses, i, e)
+    if gap == NOWHERE:
+        return found
+    contact, robot = scratch.contacts[found], world.robots[i]
+    scratch.partners[found, 0], scratch.partners[found, 1], scratch.partners[found, 2] = i, poses.shape[0], e
+    contact[NORMAL_X], contact[NORMAL_Y], contact[GAP] = nx, ny, gap
+    contact[FRICTION], contact[RESTITUTION] = world.contact[p.WALL_FRICTION], world.contact[p.WALL_RESTITUTION]
+    contact[PUSH] = contact[DRAG] = 0.0
+    contact[FIRST_LIGHT], contact[FIRST_SPIN], contact[FIRST_RADIUS] = robot[p.INVERSE_MASS], robot[p.SPIN], robot[p.RADIUS]
+    contact[SECOND_LIGHT] = contact[SECOND_SPIN] = contact[SECOND_RADIUS] = 0.0
+    add_masses(contact)
+    return found + 1
 
-    Args:
-        world: Parameters.
-        i: Index of the robot.
-        e: Index of the wall.
-        px: Robot's centre from the wall's start along x, in m.
-        py: Robot's centre from the wall's start along y, in m.
-        distance: Of the robot's centre from the wall's line in m, positive on the free side.
-        contacts: (C, 10) written.
-        found: Number of contacts so far.
-    """
-    radius = world.robots[i, p.RADIUS]
-    ux, uy, length = world.walls[e, p.ALONG_X], world.walls[e, p.ALONG_Y], world.walls[e, p.LENGTH]
-    along = px * ux + py * uy
+
+@compiled(forceinline=True, _nrt=False)
+def add_masses(contact: FloatArray) -> None:
+    """Write the masses that impulses along and across a contact's normal move."""
+    along = contact[FIRST_LIGHT] + contact[SECOND_LIGHT]
+    contact[MASS_ALONG] = 1.0 / along
+    contact[MASS_ACROSS] = 1.0 / (along + contact[FIRST_RADIUS] * contact[FIRST_SPIN] + contact[SECOND_RADIUS] * contact[SECOND_SPIN])
+
+
+@compiled(forceinline=True, _nrt=False)
+def wall_seen(world: WorldArrays, poses: FloatArray, i: int, e: int) -> tuple[float, float, float]:
+    """Return the direction from robot ``i`` to wall ``e`` and the gap in m, ``NOWHERE`` if the wall is of no concern."""
+    wall, radius = world.walls[e], world.robots[i, p.RADIUS]
+    px, py = poses[i, 0] - wall[p.START_X], poses[i, 1] - wall[p.START_Y]
+    ux, uy, length = wall[p.ALONG_X], wall[p.ALONG_Y], wall[p.LENGTH]
+    distance, along = ux * py - uy * px, px * ux + py * uy
     nx, ny = uy, -ux
     if along < 0.0 or along > length:
         # beyond an end only the corner itself is there, and it matters only where it juts into the free side
         cx, cy = px - ux * min(max(along, 0.0), length), py - uy * min(max(along, 0.0), length)
         across = math.sqrt(cx * cx + cy * cy)
         if distance < 0.0 or across > radius + world.reach or across < 1e-12:
-            return found
+            return nx, ny, NOWHERE
         nx, ny, distance = -cx / across, -cy / across, across
-    if distance < -radius or found >= contacts.shape[0]:
-        return found
-    contacts[found, FIRST], contacts[found, SECOND] = i, WALL
-    contacts[found, NORMAL_X], contacts[found, NORMAL_Y], contacts[found, GAP] = nx, ny, distance - radius
-    contacts[found, PUSH] = contacts[found, DRAG] = 0.0
-    contacts[found, FRICTION] = world.contact[p.WALL_FRICTION]
-    contacts[found, RESTITUTION] = world.contact[p.WALL_RESTITUTION]
-    return found + 1
+    if distance < -radius:
+        return nx, ny, NOWHERE
+    return nx, ny, distance - radius
+
+
+@compiled(forceinline=True, _nrt=False)
+def renew(world: WorldArrays, poses: FloatArray, scratch: Scratch, k: int) -> None:
+    """Measure contact ``k`` anew where its robots are by now."""
+    i, j, contact = scratch.partners[k, 0], scratch.partners[k, 1], scratch.contacts[k]
+    contact[PUSH] = contact[DRAG] = 0.0
+    if j == poses.shape[0]:
+        contact[NORMAL_X], contact[NORMAL_Y], contact[GAP] = wall_seen(world, poses, i, scratch.partners[k, 2])
+    else:
+        dx, dy = poses[j, 0] - poses[i, 0], poses[j, 1] - poses[i, 1]
+        distance = math.sqrt(dx * dx + dy * dy)
+        if distance > 1e-12:
+            contact[NORMAL_X], contact[NORMAL_Y] = dx / distance, dy / distance
+        contact[GAP] = distance - contact[FIRST_RADIUS] - contact[SECOND_RADIUS]
 
 
 @compiled()
-def find_pairs_with_grid(world: WorldArrays, poses: FloatArray, contacts: FloatArray) -> int:
+def find_pairs_with_grid(world: WorldArrays, poses: FloatArray, scratch: Scratch) -> int:
     """Append the near pairs of a large swarm, looking only into neighbouring cells."""
     low_x, low_y = poses[:, 0].min(), poses[:, 1].min()
     width, height = poses[:, 0].max() - low_x, poses[:, 1].max() - low_y
-    cell = max(2.0 * (world.robots[:, p.RADIUS].max() + world.reach), 0.5 * math.sqrt((width * height + 1e-6) / poses.shape[0]))
+    cell = max(2.0 * scratch.columns[m.NEAR].max(), 0.5 * math.sqrt((width * height + 1e-6) / poses.shape[0]))
     columns, rows = int(width / cell) + 1, int(height / cell) + 1
     first, order = bins(poses, low_x, low_y, cell, columns, rows)
     found = 0
@@ -201,119 +414,91 @@ def find_pairs_with_grid(world: WorldArrays, poses: FloatArray, contacts: FloatA
         column = int((poses[i, 0] - low_x) / cell)
         row = int((poses[i, 1] - low_y) / cell)
         for r in range(max(0, row - 1), min(rows, row + 2)):
-            for c in range(max(0, column - 1), min(columns, column + 2)):
-                found = add_cell(world, poses, i, order, first[r * columns + c], first[r * columns + c + 1], contacts, found)
+            # the cells of a row are neighbours in the order, too
+            for k in range(first[r * columns + max(0, column - 1)], first[r * columns + min(columns, column + 2)]):
+                if order[k] < i:
+                    found = add_pair(world, poses, i, order[k], scratch, found)
     return found
 
 
-@compiled()
-def add_cell(world: WorldArrays, poses: FloatArray, i: int, order: IntArray, begin: int, end: int, contacts: FloatArray, found: int) -> int:
-    """Append the near pairs of robot ``i`` with the robots of one cell that come before it."""
-    for k in range(begin, end):
-        j = order[k]
-        dx, dy = poses[j, 0] - poses[i, 0], poses[j, 1] - poses[i, 1]
-        near = world.robots[i, p.RADIUS] + world.robots[j, p.RADIUS] + 2.0 * world.reach
-        if j < i and dx * dx + dy * dy < near * near:
-            found = add_pair(world, i, j, dx, dy, contacts, found)
-    return found
-
-
-@compiled()
-def solve(robots: FloatArray, duration: float, velocity: FloatArray, contacts: FloatArray, count: int, tolerance: float) -> bool:
-    """Change the velocities (R, 3) so that no contact closes more than its gap, with friction and restitution.
+@compiled(_nrt=False)
+def solve(duration: float, scratch: Scratch, count: int, tolerance: float) -> bool:
+    """Change the crowd's velocities so that no contact closes more than its gap, with friction and restitution.
 
     Args:
-        robots: Parameters of the robots.
         duration: Of the motion in s.
-        velocity: (R, 3) without contact; changed.
-        contacts: (C, 10); impulses that they hold are applied first, so a second solution starts from the first.
+        scratch: Velocities without contact, changed; contacts, whose impulses are applied first, so that a second solution starts
+            from the first.
         count: Number of contacts.
         tolerance: Passes end when none changed a closing distance by more than this many m.
 
     Returns:
         Whether any contact had to push.
     """
+    velocity, contacts, partners = scratch.velocity, scratch.contacts, scratch.partners
+    pushes = False
     for k in range(count):
-        closing = normal_velocity(velocity, contacts, k)
+        opening = opening_speed(velocity, contacts, partners, k)
         contacts[k, TARGET] = -contacts[k, GAP] / duration
-        if closing < contacts[k, TARGET] and contacts[k, RESTITUTION] > 0.0:
-            contacts[k, TARGET] = max(contacts[k, TARGET], -contacts[k, RESTITUTION] * closing)
+        if opening < contacts[k, TARGET]:
+            pushes = True
+            if contacts[k, RESTITUTION] > 0.0:
+                contacts[k, TARGET] = max(contacts[k, TARGET], -contacts[k, RESTITUTION] * opening)
+        pushes = pushes or contacts[k, PUSH] > 0.0
+    if not pushes:
+        return False
     for k in range(count):
         if contacts[k, PUSH] > 0.0:
-            push_apart(robots, velocity, contacts, k, contacts[k, PUSH])
-            drag_along(robots, velocity, contacts, k, contacts[k, DRAG])
-    for passes in range(MAX_ITERATIONS):
+            push(velocity, contacts, partners, k, contacts[k, PUSH], contacts[k, DRAG])
+    for _ in range(MAX_ITERATIONS):
         change = 0.0
         for k in range(count):
-            change = max(change, solve_contact(robots, velocity, contacts, k))
+            before, dragged = contacts[k, PUSH], contacts[k, DRAG]
+            lacking = (contacts[k, TARGET] - opening_speed(velocity, contacts, partners, k)) * contacts[k, MASS_ALONG]
+            pushed = max(0.0, before + lacking)
+            if pushed == 0.0 and before == 0.0:
+                continue
+            bound = contacts[k, FRICTION] * pushed
+            slip = slipping_speed(velocity, contacts, partners, k)
+            drag = min(max(dragged - slip * contacts[k, MASS_ACROSS], -bound), bound)
+            contacts[k, PUSH], contacts[k, DRAG] = pushed, drag
+            push(velocity, contacts, partners, k, pushed - before, drag - dragged)
+            change = max(change, abs(pushed - before) / contacts[k, MASS_ALONG], abs(drag - dragged) / contacts[k, MASS_ACROSS])
         if change * duration < tolerance:
-            return passes > 0 or change > 0.0
+            break
     return True
 
 
-@compiled(inline="always")
-def normal_velocity(velocity: FloatArray, contacts: FloatArray, k: int) -> float:
+@compiled(forceinline=True, _nrt=False)
+def opening_speed(velocity: FloatArray, contacts: FloatArray, partners: IntArray, k: int) -> float:
     """Velocity in m/s with which contact ``k`` opens."""
-    i, j = int(contacts[k, FIRST]), int(contacts[k, SECOND])
-    vx, vy = -velocity[i, 0], -velocity[i, 1]
-    if j >= 0:
-        vx += velocity[j, 0]
-        vy += velocity[j, 1]
+    i, j = partners[k, 0], partners[k, 1]
+    vx, vy = velocity[j, 0] - velocity[i, 0], velocity[j, 1] - velocity[i, 1]
     return float(vx * contacts[k, NORMAL_X] + vy * contacts[k, NORMAL_Y])
 
 
-@compiled(inline="always")
-def push_apart(robots: FloatArray, velocity: FloatArray, contacts: FloatArray, k: int, impulse: float) -> None:
-    """Apply a normal impulse in kg m/s at contact ``k``."""
-    i, j = int(contacts[k, FIRST]), int(contacts[k, SECOND])
-    nx, ny = contacts[k, NORMAL_X] * impulse, contacts[k, NORMAL_Y] * impulse
-    velocity[i, 0] -= robots[i, p.INVERSE_MASS] * nx
-    velocity[i, 1] -= robots[i, p.INVERSE_MASS] * ny
-    if j >= 0:
-        velocity[j, 0] += robots[j, p.INVERSE_MASS] * nx
-        velocity[j, 1] += robots[j, p.INVERSE_MASS] * ny
+@compiled(forceinline=True, _nrt=False)
+def slipping_speed(velocity: FloatArray, contacts: FloatArray, partners: IntArray, k: int) -> float:
+    """Velocity in m/s of the second's contact point past the first's, counter-clockwise from the normal of contact ``k``."""
+    i, j = partners[k, 0], partners[k, 1]
+    # the contact point lies at +radius along the normal of the first and at -radius of the second
+    spun = contacts[k, FIRST_RADIUS] * velocity[i, 2] + contacts[k, SECOND_RADIUS] * velocity[j, 2]
+    vx, vy = velocity[j, 0] - velocity[i, 0], velocity[j, 1] - velocity[i, 1]
+    return float(vy * contacts[k, NORMAL_X] - vx * contacts[k, NORMAL_Y] - spun)
 
 
-@compiled(inline="always")
-def drag_along(robots: FloatArray, velocity: FloatArray, contacts: FloatArray, k: int, impulse: float) -> None:
-    """Apply a tangential impulse in kg m/s at contact ``k``, counter-clockwise from its normal."""
-    i, j = int(contacts[k, FIRST]), int(contacts[k, SECOND])
-    tx, ty = -contacts[k, NORMAL_Y] * impulse, contacts[k, NORMAL_X] * impulse
-    velocity[i, 0] -= robots[i, p.INVERSE_MASS] * tx
-    velocity[i, 1] -= robots[i, p.INVERSE_MASS] * ty
-    velocity[i, 2] -= robots[i, p.SPIN] * impulse
-    if j >= 0:
-        velocity[j, 0] += robots[j, p.INVERSE_MASS] * tx
-        velocity[j, 1] += robots[j, p.INVERSE_MASS] * ty
-        velocity[j, 2] -= robots[j, p.SPIN] * impulse
-
-
-@compiled(inline="always")
-def solve_contact(robots: FloatArray, velocity: FloatArray, contacts: FloatArray, k: int) -> float:
-    """Apply the normal, then the tangential impulse that contact ``k`` lacks; return the largest change of velocity in m/s."""
-    i, j = int(contacts[k, FIRST]), int(contacts[k, SECOND])
-    inverse = robots[i, p.INVERSE_MASS] + (robots[j, p.INVERSE_MASS] if j >= 0 else 0.0)
-    before = contacts[k, PUSH]
-    push = max(0.0, before + (contacts[k, TARGET] - normal_velocity(velocity, contacts, k)) / inverse)
-    contacts[k, PUSH] = push
-    change = abs(push - before) * inverse
-    if change > 0.0:
-        push_apart(robots, velocity, contacts, k, push - before)
-    if contacts[k, FRICTION] > 0.0 and (push > 0.0 or contacts[k, DRAG] != 0.0):
-        # the contact point lies at +radius along the normal of the first and at -radius of the second
-        tx, ty = -contacts[k, NORMAL_Y], contacts[k, NORMAL_X]
-        slip = -(velocity[i, 0] * tx + velocity[i, 1] * ty + robots[i, p.RADIUS] * velocity[i, 2])
-        inverse += robots[i, p.RADIUS] * robots[i, p.SPIN]
-        if j >= 0:
-            slip += velocity[j, 0] * tx + velocity[j, 1] * ty - robots[j, p.RADIUS] * velocity[j, 2]
-            inverse += robots[j, p.RADIUS] * robots[j, p.SPIN]
-        bound = contacts[k, FRICTION] * push
-        before = contacts[k, DRAG]
-        drag = min(max(before - slip / inverse, -bound), bound)
-        contacts[k, DRAG] = drag
-        drag_along(robots, velocity, contacts, k, drag - before)
-        change = max(change, abs(drag - before) * inverse)
-    return float(change)
+@compiled(forceinline=True, _nrt=False)
+def push(velocity: FloatArray, contacts: FloatArray, partners: IntArray, k: int, along: float, across: float) -> None:
+    """Apply impulses in kg m/s along the normal of contact ``k``, and counter-clockwise from it."""
+    i, j = partners[k, 0], partners[k, 1]
+    nx, ny = contacts[k, NORMAL_X], contacts[k, NORMAL_Y]
+    x, y = nx * along - ny * across, ny * along + nx * across
+    velocity[i, 0] -= contacts[k, FIRST_LIGHT] * x
+    velocity[i, 1] -= contacts[k, FIRST_LIGHT] * y
+    velocity[i, 2] -= contacts[k, FIRST_SPIN] * across
+    velocity[j, 0] += contacts[k, SECOND_LIGHT] * x
+    velocity[j, 1] += contacts[k, SECOND_LIGHT] * y
+    velocity[j, 2] -= contacts[k, SECOND_SPIN] * across
 
 
 def contact_capacity(world: WorldArrays) -> int:
@@ -327,6 +512,6 @@ def contact_capacity(world: WorldArrays) -> int:
     return int(pairs + count * len(world.walls) + 1)
 
 
-def scratch(world: WorldArrays) -> FloatArray:
-    """Allocate the memory for one world's contacts."""
-    return np.empty((contact_capacity(world), 10))
+def scratch(world: WorldArrays) -> Scratch:
+    """Allocate the memory in which one world's ticks are worked out."""
+    return scratch_for(len(world.robots), contact_capacity(world), WIDTH)

@@ -12,10 +12,13 @@ import numpy as np
 
 from swarm_envs.compiled import compiled
 from swarm_envs.simulation import parameters as p
+from swarm_envs.simulation import scratch as m
 from swarm_envs.simulation.grid import IntArray, bins
 from swarm_envs.simulation.parameters import FloatArray, WorldArrays
 from swarm_envs.simulation.randomness import STREAM_FALSE, STREAM_MISSED, uniform
+from swarm_envs.simulation.scratch import Scratch
 from swarm_envs.simulation.state import StateArrays
+from swarm_envs.simulation.trigonometry import cos_sin
 
 NOTHING = math.inf
 GRID_FROM = 40
@@ -24,44 +27,49 @@ RAYS = 5
 """Rays over a target's width that occlusion tests; one free ray is enough to be seen."""
 
 
-@compiled(forceinline=True)
-def sense(world: WorldArrays, state: StateArrays, w: int) -> None:
+@compiled(forceinline=True, _nrt=False)
+def sense(world: WorldArrays, state: StateArrays, w: int, scratch: Scratch) -> None:
     """Update ``state.detections`` of world ``w`` from its poses at the start of the present tick."""
     if world.sensors.shape[0] >= GRID_FROM:
         sense_with_grid(world, state, w)
-        return
-    if world.ideal_sensing:
-        sense_ideally(world, state, w)
-        return
+    elif world.ideal_sensing:
+        sense_ideally(world, state, w, scratch.columns)
+    else:
+        sense_with_effects(world, state, w)
+
+
+@compiled()
+def sense_with_effects(world: WorldArrays, state: StateArrays, w: int) -> None:
+    """Update detections of a small swarm, every effect included."""
     nobody = np.empty(0, np.int64)
     for i in range(world.sensors.shape[0]):
         read_sensors(world, state, w, i, nobody, world.sensors.shape[0])
 
 
-@compiled(forceinline=True)
-def sense_ideally(world: WorldArrays, state: StateArrays, w: int) -> None:
-    """Update detections where no effect acts; one pass over the pairs, leaving at the first robot seen."""
+@compiled(forceinline=True, _nrt=False)
+def sense_ideally(world: WorldArrays, state: StateArrays, w: int, columns: FloatArray) -> None:
+    """Update detections where no effect acts; each robot looks at all others at once, without a branch."""
     poses, robots, sensors, detections = state.poses, world.robots, world.sensors, state.detections
     count = poses.shape[1]
     for i in range(count):
-        x, y, heading = poses[w, i, 0], poses[w, i, 1], poses[w, i, 2]
-        cos_heading, sin_heading = math.cos(heading), math.sin(heading)
+        columns[m.X, i], columns[m.Y, i], columns[m.NEAR, i] = poses[w, i, 0], poses[w, i, 1], robots[i, p.VISIBLE_RADIUS]
+        columns[m.COS, i], columns[m.SIN, i] = cos_sin(poses[w, i, 2])
+    for i in range(count):
+        x, y, cos_heading, sin_heading = columns[m.X, i], columns[m.Y, i], columns[m.COS, i], columns[m.SIN, i]
         for s in range(int(robots[i, p.NUM_SENSORS])):
             cos_bearing, sin_bearing = sensors[i, s, p.COS_BEARING], sensors[i, s, p.SIN_BEARING]
             ax, ay = cos_heading * cos_bearing - sin_heading * sin_bearing, sin_heading * cos_bearing + cos_heading * sin_bearing
             cos_half, sin_half = sensors[i, s, p.COS_HALF_ANGLE], sensors[i, s, p.SIN_HALF_ANGLE]
             reach = sensors[i, s, p.SENSOR_RANGE]
-            seen = 0
+            # the robot itself is counted, too, when it is in its own view, which depends on the sensor alone
+            seen = -int(meets_sector(0.0, 0.0, cos_half, sin_half, reach, columns[m.NEAR, i]))
             for j in range(count):
-                dx, dy = poses[w, j, 0] - x, poses[w, j, 1] - y
-                along, across = ax * dx + ay * dy, abs(ax * dy - ay * dx)
-                if j != i and meets_sector(along, across, cos_half, sin_half, reach, robots[j, p.VISIBLE_RADIUS]):
-                    seen = 1
-                    break
-            detections[w, i, s] = seen
+                dx, dy = columns[m.X, j] - x, columns[m.Y, j] - y
+                seen += meets_sector(ax * dx + ay * dy, abs(ax * dy - ay * dx), cos_half, sin_half, reach, columns[m.NEAR, j])
+            detections[w, i, s] = seen > 0
 
 
-@compiled(forceinline=True)
+@compiled(forceinline=True, _nrt=False)
 def meets_sector(along: float, across: float, cos_half: float, sin_half: float, reach: float, radius: float) -> bool:
     """Whether a disc meets a sensor's sector and has its centre in range.
 
@@ -75,18 +83,14 @@ def meets_sector(along: float, across: float, cos_half: float, sin_half: float, 
     """
     # signed distance from the line of the edge ray, positive outside the sector: the disc is never nearer than that
     outside = across * cos_half - along * sin_half
-    if outside > radius:
-        return False
     squared = along * along + across * across
-    if squared > reach * reach:
-        return False
-    if along * cos_half + across * sin_half >= 0.0:
-        return True
-    # the centre lies behind the edge ray's start: inside a sector wider than a half-plane, else only the apex can be met
-    return bool((cos_half < 0.0 and outside <= 0.0) or squared <= radius * radius)
+    # where the centre lies behind the edge ray's start: inside a sector wider than a half-plane, else only the apex can be met
+    ahead = along * cos_half + across * sin_half >= 0.0
+    behind = ((cos_half < 0.0) & (outside <= 0.0)) | (squared <= radius * radius)
+    return (outside <= radius) & (squared <= reach * reach) & (ahead | behind)
 
 
-@compiled()
+@compiled(_nrt=False)
 def nearest_seen(world: WorldArrays, state: StateArrays, w: int, i: int, s: int, candidates: IntArray, count: int) -> float:
     """Return the distance in m to the nearest robot (or object) in view of sensor ``s`` of robot ``i``, or infinity.
 
@@ -134,14 +138,14 @@ def nearest_seen(world: WorldArrays, state: StateArrays, w: int, i: int, s: int,
     return nearest
 
 
-@compiled()
+@compiled(_nrt=False)
 def object_visible_radius(item: FloatArray) -> float:
     """A disc's radius; of a box, the circle inside it."""
     radius = item[p.OBJECT_RADIUS]
     return float(radius if radius > 0.0 else 0.5 * min(item[p.OBJECT_WIDTH], item[p.OBJECT_HEIGHT]))
 
 
-@compiled()
+@compiled(_nrt=False)
 def in_sight(
     world: WorldArrays, state: StateArrays, w: int, x: float, y: float, dx: float, dy: float, radius: float,
     ax: float, ay: float, sensor: FloatArray, target_object: int,
@@ -164,7 +168,7 @@ def in_sight(
     return False
 
 
-@compiled()
+@compiled(_nrt=False)
 def blocked(
     world: WorldArrays, state: StateArrays, w: int, x: float, y: float, ux: float, uy: float, length: float, target_object: int
 ) -> bool:
@@ -195,7 +199,7 @@ def blocked(
     return False
 
 
-@compiled()
+@compiled(_nrt=False)
 def crosses(x: float, y: float, ux: float, uy: float, length: float, x0: float, y0: float, x1: float, y1: float) -> bool:
     """Whether the ray of ``length`` from (x, y) along (ux, uy) crosses the segment (x0, y0)-(x1, y1)."""
     ex, ey = x1 - x0, y1 - y0
@@ -207,7 +211,7 @@ def crosses(x: float, y: float, ux: float, uy: float, length: float, x0: float, 
     return bool(0.0 < along < length and 0.0 <= share <= 1.0)
 
 
-@compiled()
+@compiled(_nrt=False)
 def read_sensors(world: WorldArrays, state: StateArrays, w: int, i: int, candidates: IntArray, count: int) -> None:
     """Take robot ``i``'s readings that are due this tick, and hand over those that its delay has let through."""
     tick = state.ticks[w]
@@ -222,7 +226,7 @@ def read_sensors(world: WorldArrays, state: StateArrays, w: int, i: int, candida
         state.detections[w, i, s] = ring[tick % world.readings]
 
 
-@compiled()
+@compiled(_nrt=False)
 def reading(world: WorldArrays, state: StateArrays, w: int, i: int, s: int, nearest: float) -> bool:
     """Return what sensor ``s`` of robot ``i`` reports for the nearest distance in m, misses and false detections included."""
     robot = world.robots[i]

@@ -49,7 +49,7 @@ class Simulation:
         self._points = start_points(self.world)
         self._objects = object_starts(self.world)
         self._wish = np.zeros((self.world.num_robots, 3))
-        self._contacts = disc.scratch(self._parameters)
+        self._scratch = disc.scratch(self._parameters)
         self._spaces = Spaces(self.world, num_worlds if self.engine == "chipmunk" else 0)
         self.reset(0)
 
@@ -80,7 +80,7 @@ class Simulation:
                 self._state.poses[w] = given[k]
             if self.engine == "chipmunk":
                 self._spaces.rebuild(int(w), self._state)
-        sense_worlds(self._parameters, self._state, worlds)
+        sense_worlds(self._parameters, self._state, worlds, self._scratch)
 
     def step(self, commands: npt.ArrayLike, messages: npt.ArrayLike | None = None) -> None:
         """Run every world through one tick.
@@ -98,14 +98,14 @@ class Simulation:
             given = f"shape {array.shape}" if array.shape != expected else "a value that is not finite"
             raise WorldError(f"commands: given {given}, expected {expected} finite speeds (worlds, robots, v omega) in m/s and rad/s")
         self._send(messages)
-        step_worlds(self._parameters, self._state, self._spaces.arrays, self.engine == "disc", array, self._wish, self._contacts)
+        step_worlds(self._parameters, self._state, self._spaces.arrays, self.engine == "disc", array, self._wish, self._scratch)
 
     def observe(self) -> None:
         """Take readings anew, and tell the engine, for those who have moved robots by writing to :attr:`poses`."""
         if self.engine == "chipmunk":
             for w in range(self.num_worlds):
                 self._spaces.rebuild(w, self._state)
-        sense_worlds(self._parameters, self._state, np.arange(self.num_worlds))
+        sense_worlds(self._parameters, self._state, np.arange(self.num_worlds), self._scratch)
 
     def run(
         self, controllers: FloatArray, steps: int, every: int, poses: FloatArray, detections: npt.NDArray[np.uint8], commands: FloatArray
@@ -121,7 +121,7 @@ class Simulation:
             raise WorldError(f"run: arrays do not have the shapes {expected}, or controllers not ({frames[0]}, {frames[2]}, numbers)")
         run_worlds(
             self._parameters, self._state, self._spaces.arrays, self.engine == "disc", controllers, steps, every,
-            self._wish, self._contacts, poses, detections, commands,
+            self._wish, self._scratch, poses, detections, commands,
         )  # fmt: skip
 
     @property

@@ -11,6 +11,7 @@ from swarm_envs.simulation.actuation import give_commands
 from swarm_envs.simulation.chipmunk import SpaceArrays
 from swarm_envs.simulation.hearing import hear, tell_what_is_seen
 from swarm_envs.simulation.parameters import FloatArray, WorldArrays
+from swarm_envs.simulation.scratch import Scratch
 from swarm_envs.simulation.sensing import sense
 from swarm_envs.simulation.state import StateArrays
 from swarm_envs.simulation.touching import stall_wheels
@@ -18,7 +19,7 @@ from swarm_envs.simulation.touching import stall_wheels
 ByteArray = npt.NDArray[np.uint8]
 
 
-@compiled(forceinline=True)
+@compiled(forceinline=True, _nrt=False)
 def advance_world(
     world: WorldArrays,
     state: StateArrays,
@@ -27,7 +28,7 @@ def advance_world(
     w: int,
     commands: FloatArray,
     wish: FloatArray,
-    contacts: FloatArray,
+    scratch: Scratch,
 ) -> None:
     """Run world ``w`` through one tick.
 
@@ -39,22 +40,22 @@ def advance_world(
         w: Index of the world.
         commands: (R, 2) v in m/s and omega in rad/s.
         wish: (R, 3) scratch memory.
-        contacts: (C, 10) scratch memory of the disc engine.
+        scratch: More scratch memory.
     """
     give_commands(world, state, w, commands)
     if not world.ideal_drive:
         stall_wheels(world, state, w)
     if use_disc:
-        disc.advance(world, state, w, wish, contacts)
+        disc.advance(world, state, w, scratch)
     else:
-        chipmunk.advance(world, state, spaces, w, wish)
+        chipmunk.advance(world, state, spaces, w, wish, scratch.velocity)
     state.ticks[w] += 1
-    sense(world, state, w)
+    sense(world, state, w, scratch)
     if world.broadcast_range > 0.0:
         hear(world, state, w)
 
 
-@compiled()
+@compiled(_nrt=False)
 def step_worlds(
     world: WorldArrays,
     state: StateArrays,
@@ -62,17 +63,17 @@ def step_worlds(
     use_disc: bool,
     commands: FloatArray,
     wish: FloatArray,
-    contacts: FloatArray,
+    scratch: Scratch,
 ) -> None:
     """Run every world through one tick with its own commands (W, R, 2)."""
     for w in range(commands.shape[0]):
-        advance_world(world, state, spaces, use_disc, w, commands[w], wish, contacts)
+        advance_world(world, state, spaces, use_disc, w, commands[w], wish, scratch)
 
 
-@compiled()
+@compiled(_nrt=False)
 def run_worlds(
     world: WorldArrays, state: StateArrays, spaces: SpaceArrays, use_disc: bool, controllers: FloatArray, steps: int, every: int,
-    wish: FloatArray, contacts: FloatArray, poses: FloatArray, detections: ByteArray, commands: FloatArray,
+    wish: FloatArray, scratch: Scratch, poses: FloatArray, detections: ByteArray, commands: FloatArray,
 ) -> None:  # fmt: skip
     """Run each world with its controllers and record frames.
 
@@ -86,26 +87,36 @@ def run_worlds(
         steps: Ticks to run.
         every: Ticks from one recorded frame to the next.
         wish: (R, 3) scratch memory.
-        contacts: (C, 10) scratch memory.
+        scratch: More scratch memory.
         poses: (W, F, R, 3) written.
         detections: (W, F, R, S) written; S + 1 with a broadcast.
         commands: (W, F, R, 2) written: what each robot does about the frame's detections.
     """
-    now = np.empty((state.poses.shape[1], 2))
+    now = scratch.commands
     for w in range(controllers.shape[0]):
         for k in range(steps + 1):
             control(state.detections[w], controllers[w], now)
             if k % every == 0:
-                poses[w, k // every] = state.poses[w]
-                detections[w, k // every] = state.detections[w]
-                commands[w, k // every] = now
+                record(state, w, now, k // every, poses, detections, commands)
             if k < steps:
                 if world.broadcast_range > 0.0:
                     tell_what_is_seen(state, w)
-                advance_world(world, state, spaces, use_disc, w, now, wish, contacts)
+                advance_world(world, state, spaces, use_disc, w, now, wish, scratch)
 
 
-@compiled(forceinline=True)
+@compiled(forceinline=True, _nrt=False)
+def record(state: StateArrays, w: int, now: FloatArray, frame: int, poses: FloatArray, detections: ByteArray, commands: FloatArray) -> None:
+    """Write one frame of world ``w``, whose robots do ``now`` (R, 2)."""
+    for i in range(now.shape[0]):
+        for k in range(3):
+            poses[w, frame, i, k] = state.poses[w, i, k]
+        for s in range(state.detections.shape[2]):
+            detections[w, frame, i, s] = state.detections[w, i, s]
+        for k in range(2):
+            commands[w, frame, i, k] = now[i, k]
+
+
+@compiled(forceinline=True, _nrt=False)
 def control(detections: ByteArray, controllers: FloatArray, commands: FloatArray) -> None:
     """Write each robot's command (R, 2) for its readings (R, S): the if-else controller of the paper, one pair a pattern."""
     inputs = 1
@@ -119,10 +130,10 @@ def control(detections: ByteArray, controllers: FloatArray, commands: FloatArray
         commands[i, 1] = controllers[i, 2 * pattern + 1]
 
 
-@compiled()
-def sense_worlds(world: WorldArrays, state: StateArrays, which: npt.NDArray[np.int64]) -> None:
+@compiled(_nrt=False)
+def sense_worlds(world: WorldArrays, state: StateArrays, which: npt.NDArray[np.int64], scratch: Scratch) -> None:
     """Take the first readings of the worlds with these indices."""
     for w in which:
-        sense(world, state, w)
+        sense(world, state, w, scratch)
         if world.broadcast_range > 0.0:
             hear(world, state, w)

@@ -11,6 +11,7 @@ from swarm_envs.compiled import compiled
 from swarm_envs.simulation import parameters as p
 from swarm_envs.simulation.parameters import FloatArray, WorldArrays
 from swarm_envs.simulation.state import StateArrays
+from swarm_envs.simulation.trigonometry import cos_sin
 
 TOUCH = 1e-3
 """A gap in m below which two surfaces count as touching."""
@@ -19,7 +20,7 @@ LARGE = 40
 """Swarms above this are taken to have something near at all times."""
 
 
-@compiled(forceinline=True)
+@compiled(forceinline=True, _nrt=False)
 def anything_near(world: WorldArrays, poses: FloatArray, margin: float) -> bool:
     """Whether some pair of robots, or a robot and a wall, has a gap below ``margin`` m; taken to be so in a large swarm."""
     count = poses.shape[0]
@@ -35,7 +36,7 @@ def anything_near(world: WorldArrays, poses: FloatArray, margin: float) -> bool:
     return False
 
 
-@compiled(inline="always")
+@compiled(forceinline=True, _nrt=False)
 def pair_within(world: WorldArrays, poses: FloatArray, i: int, j: int, margin: float) -> bool:
     """Whether the gap between two robots is below ``margin`` m."""
     dx, dy = poses[j, 0] - poses[i, 0], poses[j, 1] - poses[i, 1]
@@ -43,7 +44,7 @@ def pair_within(world: WorldArrays, poses: FloatArray, i: int, j: int, margin: f
     return bool(dx * dx + dy * dy < near * near)
 
 
-@compiled(inline="always")
+@compiled(forceinline=True, _nrt=False)
 def wall_within(world: WorldArrays, poses: FloatArray, i: int, e: int, margin: float) -> bool:
     """Whether the gap between a robot and a wall is below ``margin`` m."""
     walls = world.walls
@@ -58,19 +59,20 @@ def wall_within(world: WorldArrays, poses: FloatArray, i: int, e: int, margin: f
     return bool(across * across + over * over < near * near)
 
 
-@compiled(forceinline=True)
-def time_to_touch(world: WorldArrays, poses: FloatArray, speeds: FloatArray) -> float:
+@compiled(forceinline=True, _nrt=False)
+def time_to_touch(world: WorldArrays, poses: FloatArray, speeds: FloatArray, velocity: FloatArray) -> float:
     """Return the time in s until two robots, or a robot and a wall, that are apart touch; infinite if none do.
 
     Args:
         world: Parameters.
         poses: (R, 3).
         speeds: (R, 2) v in m/s and omega in rad/s; robots are taken to drive straight on.
+        velocity: (R or more, 3) scratch memory.
     """
     count = poses.shape[0]
-    velocity = np.empty((count, 2))
     for i in range(count):
-        velocity[i, 0], velocity[i, 1] = speeds[i, 0] * math.cos(poses[i, 2]), speeds[i, 0] * math.sin(poses[i, 2])
+        c, s = cos_sin(poses[i, 2])
+        velocity[i, 0], velocity[i, 1] = speeds[i, 0] * c, speeds[i, 0] * s
     soonest = math.inf
     for i in range(count):
         for j in range(i):
@@ -106,7 +108,7 @@ def touching(world: WorldArrays, poses: FloatArray) -> npt.NDArray[np.uint8]:
     return flags
 
 
-@compiled()
+@compiled(_nrt=False)
 def stall_wheels(world: WorldArrays, state: StateArrays, w: int) -> None:
     """Mark the robots of world ``w`` that another robot touches on a wheel: a bare body's servos stall (paper, Bump Shield)."""
     poses = state.poses[w]
