@@ -120,7 +120,10 @@ def nearest_seen(world: WorldArrays, state: StateArrays, w: int, i: int, s: int,
         if (
             squared < nearest * nearest
             and meets_sector(ax * dx + ay * dy, abs(ax * dy - ay * dx), cos_half, sin_half, reach, radius)
-            and (sensor[p.OCCLUSION] == 0.0 or in_sight(world, state, w, poses[i, 0], poses[i, 1], dx, dy, radius, ax, ay, sensor, int(np.int64(-1))))
+            and (
+                sensor[p.OCCLUSION] == 0.0
+                or in_sight(world, state, w, poses[i, 0], poses[i, 1], dx, dy, radius, ax, ay, sensor, int(np.int64(-1)))
+            )
         ):
             nearest = math.sqrt(squared)
     if sensor[p.SEES_OBJECTS] != 0.0:
