@@ -110,7 +110,7 @@ class Search:
         base = drive_parameters(world)
         self.gains_first = False
         rough = rough_gains(log, base)
-        if log.driver_units or any(not 0.2 < ratio < 5.0 for ratio in rough if np.isfinite(ratio)):
+        if log.driver_units or any(not 0.05 < ratio < 20.0 for ratio in rough if np.isfinite(ratio)):
             self.gains_first = True
             base[LINEAR_GAIN] *= rough[0] if np.isfinite(rough[0]) else 1.0
             base[ANGULAR_GAIN] *= rough[1] if np.isfinite(rough[1]) else 1.0
