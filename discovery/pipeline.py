@@ -9,6 +9,7 @@ from typing import Any
 import torch
 
 from discovery.archive import Archive, to_parquet
+from discovery.confirmation import Confirmation, confirm, describe
 from discovery.controllers import check_controllers
 from discovery.dataset import Dataset, make_dataset
 from discovery.manifest import begin_manifest, end_manifest
@@ -54,16 +55,20 @@ def discover(folder: RunFolder) -> Path:
     with stage("clusters", seconds) as line:
         clusters = cluster(archive.embeddings, settings.clustering, settings.seed)
         folder.write(ARCHIVE, to_parquet(archive, clusters))
-        folder.write_json(METRICS, summarise(archive, clusters, fitted))
-        line.done = f"{len(clusters.medoids)} medoids; {_count(archive.labels[clusters.medoids].tolist())}"
+        medoid_labels = archive.labels[clusters.medoids].tolist()
+        line.done = f"{len(clusters.medoids)} medoids; {_count(medoid_labels)}"
+    with stage("confirming", seconds) as line:
+        confirmations = confirm(simulator, archive.controllers[clusters.medoids], medoid_labels, settings.seed)
+        folder.write_json(METRICS, summarise(archive, clusters, fitted, confirmations))
+        line.done = describe(confirmations)
     with stage("report", seconds) as line:
-        path = write_report(folder, simulator, archive, clusters, fitted, manifest)
+        path = write_report(folder, simulator, archive, clusters, confirmations, fitted, manifest)
         line.done = f"{path.stat().st_size / 1e6:.1f} MB of HTML"
     end_manifest(folder, manifest)
     return path
 
 
-def summarise(archive: Archive, clusters: Clusters, fitted: Fitted) -> dict[str, Any]:
+def summarise(archive: Archive, clusters: Clusters, fitted: Fitted, confirmations: list[Confirmation]) -> dict[str, Any]:
     """Return a run's numbers for ``metrics.json``."""
     medoids = clusters.medoids
     return {
@@ -72,8 +77,14 @@ def summarise(archive: Archive, clusters: Clusters, fitted: Fitted) -> dict[str,
         "archive_labels": dict(Counter(archive.labels.tolist()).most_common()),
         "medoid_labels": dict(Counter(archive.labels[medoids].tolist()).most_common()),
         "medoids": [
-            {"row": int(row), "controller": archive.controllers[row].tolist(), "label": str(archive.labels[row]), "share": float(share)}
-            for row, share in zip(medoids, clusters.share(), strict=True)
+            {
+                "row": int(row),
+                "controller": archive.controllers[row].tolist(),
+                "label": str(archive.labels[row]),
+                "share": float(share),
+                "confirmation": confirmation.summary(),
+            }
+            for row, share, confirmation in zip(medoids, clusters.share(), confirmations, strict=True)
         ],
         "novelty_by_generation": [float(archive.novelty[archive.generation == g].mean()) for g in range(int(archive.generation.max()) + 1)],
         "encoder_started_from": fitted.origin,

@@ -11,6 +11,7 @@ import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, select_autoescape
 
 from discovery.archive import Archive
+from discovery.confirmation import STARTS, Confirmation
 from discovery.medoids import Clusters
 from discovery.report.animation import describe_scene, pack_rollout, to_base64
 from discovery.report.archive_map import choose_rows, lay_out
@@ -24,19 +25,26 @@ BEHAVIOURS = ("aggregation", "cyclic pursuit", "dispersal", "milling", "wall fol
 
 
 def write_report(
-    folder: RunFolder, simulator: Simulator, archive: Archive, clusters: Clusters, fitted: Fitted, manifest: dict[str, Any]
+    folder: RunFolder,
+    simulator: Simulator,
+    archive: Archive,
+    clusters: Clusters,
+    confirmations: list[Confirmation],
+    fitted: Fitted,
+    manifest: dict[str, Any],
 ) -> Path:
     """Write one self-contained HTML page and return its path."""
     environment = Environment(
         loader=FileSystemLoader(Path(__file__).parent), autoescape=select_autoescape(["html.j2"], default=False), undefined=StrictUndefined
     )
-    scene, cards = _cards(folder, simulator, archive, clusters)
+    scene, cards = _cards(folder, simulator, archive, clusters, confirmations)
     page = environment.get_template("page.html.j2").render(
         settings=folder.settings,
         world=simulator.world,
         manifest=manifest,
         origin=fitted.origin,
         cards=cards,
+        starts=STARTS,
         counts=_counts(archive, clusters),
         evaluations=len(archive),
         charts=[chart for chart in (_loss_chart(fitted), _novelty_chart(archive)) if chart],
@@ -47,12 +55,14 @@ def write_report(
     return folder.write(REPORT, page)
 
 
-def _cards(folder: RunFolder, simulator: Simulator, archive: Archive, clusters: Clusters) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+def _cards(
+    folder: RunFolder, simulator: Simulator, archive: Archive, clusters: Clusters, confirmations: list[Confirmation]
+) -> tuple[dict[str, Any], list[dict[str, Any]]]:
     """Return what all animations share, and one card for each medoid."""
     every = folder.settings.report.frame_every
     scene: dict[str, Any] = {}
     cards: list[dict[str, Any]] = []
-    for row, share in zip(clusters.medoids.tolist(), clusters.share().tolist(), strict=True):
+    for row, share, confirmation in zip(clusters.medoids.tolist(), clusters.share().tolist(), confirmations, strict=True):
         rollout = simulator.again(archive.controllers[row], int(archive.world_seed[row]), int(archive.world_index[row]))
         scene = describe_scene(rollout, every)
         v0, w0, v1, w1 = archive.controllers[row]
@@ -61,6 +71,7 @@ def _cards(folder: RunFolder, simulator: Simulator, archive: Archive, clusters: 
                 "number": len(cards) + 1,
                 "label": str(archive.labels[row]),
                 "share": share,
+                "confirmation": confirmation,
                 "genes": [("sees nothing", 100 * v0, w0), ("sees a robot", 100 * v1, w1)],
                 "generation": int(archive.generation[row]),
                 "code": ", ".join(f"{gene:.4f}" for gene in archive.controllers[row]),

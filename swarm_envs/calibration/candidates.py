@@ -74,14 +74,16 @@ def rim_speeds(parameters: FloatArray, data: Measured) -> FloatArray:
     return np.unique(np.round(speeds[speeds > 1e-4], 5))
 
 
-def _between_rim_speeds(parameters: FloatArray, data: Measured) -> list[tuple[float, ...]]:
-    """Thresholds between one commanded rim speed and the next: any other acts like one of these."""
+def thresholds(parameters: FloatArray, data: Measured) -> FloatArray:
+    """Return a threshold between each commanded rim speed and the next, in m/s: any other acts like one of these."""
     speeds = rim_speeds(parameters, data)
     speeds = speeds[speeds < 0.6 * speeds.max()] if len(speeds) > 3 else speeds[:1]
-    between = 0.5 * (speeds[1:] + speeds[:-1])
-    if len(between) > 60:
-        between = np.quantile(between, np.linspace(0, 1, 60))
-    return [(float(value),) for value in between]
+    return np.asarray(0.5 * (speeds[1:] + speeds[:-1]))
+
+
+def _some_thresholds(parameters: FloatArray, data: Measured) -> list[tuple[float, ...]]:
+    between = thresholds(parameters, data)
+    return [(float(value),) for value in between[:: max(1, len(between) // 40)]]
 
 
 def _below_fastest(parameters: FloatArray, data: Measured) -> list[tuple[float, ...]]:
@@ -113,7 +115,7 @@ DRIVE_CANDIDATES: tuple[Candidate, ...] = (
     ),
     Candidate(
         "deadband", (Parameter("threshold", "deadband", "m/s", 0.0, 1.0, 1e-4, 1e-3),),
-        "A wheel asked for less than {threshold:.3g} m/s stands still.", _between_rim_speeds, smooth=False,
+        "A wheel asked for less than {threshold:.3g} m/s stands still.", _some_thresholds, smooth=False,
     ),
     Candidate(
         "saturation", (Parameter("limit", "saturation", "m/s", 1e-3, 100.0, 1e-4, 1e-3),),

@@ -44,6 +44,8 @@ COMING_TO_REST = 1.0
 NOISE = ("place", "heading", "along", "across", "turn")
 """Names of the noise: the tracker's in m and rad, the motion's along and across the heading in m/sqrt(s), in rad/sqrt(s)."""
 PLACE, HEADING, ALONG, ACROSS, TURN = range(5)
+KICKING = 0.002
+"""Time in s that a start's turn may take: a pose measured meanwhile shows part of it."""
 RESTING = 0.1
 """Process noise of a robot at rest, as a share of that on the move."""
 
@@ -200,7 +202,7 @@ def _filter(
         next_command = command_first[piece]
         last_command = command_first[piece + 1]
         next_given = next_command
-        asked = -1e9
+        asked = kicked = -1e9
         asking = False
         now = times[first[piece]]
         if next_command < last_command:
@@ -220,6 +222,7 @@ def _filter(
                         if moves and not moving[h]:
                             state[h, 2] += p[KICK_MEAN]
                             spread[h, 2, 2] += p[KICK_SD] ** 2
+                            kicked = now
                         moving[h] = moves
                 until = min(times[n], now + LONGEST_STEP)
                 if next_command < last_command:
@@ -257,6 +260,8 @@ def _filter(
             covariance[n] = expected[best]
             for h in range(beams):
                 weight[h] = scores[h] - total
+                if times[n] - kicked < KICKING:
+                    spread[h, 2, 2] += p[KICK_SD] ** 2
 
 
 @compiled()

@@ -14,6 +14,7 @@ from swarm_envs.calibration.extension import extend
 from swarm_envs.calibration.gain import Gain, heldout_gain
 from swarm_envs.calibration.identification import Cause, Identified, identify
 from swarm_envs.calibration.log import Log, read_log
+from swarm_envs.calibration.pushing import identify_contact
 from swarm_envs.calibration.sensing import identify_sensor
 from swarm_envs.worlds import WorldSpec, load_world
 
@@ -94,7 +95,8 @@ def calibrate(log: str | Path | Log, world: str | Path | WorldSpec, progress: Ca
     log = read_log(log) if isinstance(log, str | Path) else log
     found = identify(log, spec, progress)
     seen = identify_sensor(log, spec, found, progress)
-    causes = (*found.causes, *seen.causes)
+    touched = identify_contact(log, spec, found.causes, progress)
+    causes = (*found.causes, *seen.causes, *touched.causes)
     wrong = criticise(residuals(log, found.start, found.robots))
     left = criticise(residuals(log, found.model, found.robots))
     notes = list(log.notes)
@@ -102,8 +104,8 @@ def calibrate(log: str | Path | Log, world: str | Path | WorldSpec, progress: Ca
         notes.insert(0, "Commands are not in SI units, or far from them: gains were fitted first.")
     return Findings(
         world=spec.name, log=log, discrepancies=tuple(_largest(wrong)), causes=causes,
-        indistinguishable=(*found.indistinguishable, *seen.indistinguishable),
-        rejected=(*found.rejected, *seen.rejected), unexplained=left[0] if left else None,
+        indistinguishable=(*found.indistinguishable, *seen.indistinguishable, *touched.indistinguishable),
+        rejected=(*found.rejected, *seen.rejected, *touched.rejected), unexplained=left[0] if left else None,
         gain=tuple(heldout_gain(log, found.data, found.start.parameters, found.without)),
         extended=extend(spec, causes, log.name), identified=found, notes=tuple(notes),
     )  # fmt: skip

@@ -109,7 +109,7 @@ class Fit:
 
 def inverse(matrix: FloatArray) -> FloatArray:
     """Return a symmetric matrix's inverse; a direction without information gets a wide variance, not an error."""
-    scale = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
+    scale = np.sqrt(np.maximum(np.diag(matrix), 1e-8))
     scaled = matrix / np.outer(scale, scale)
     values, vectors = np.linalg.eigh(scaled)
     result: FloatArray = (vectors / np.maximum(values, 1e-9)) @ vectors.T / np.outer(scale, scale)

@@ -10,9 +10,9 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 from scipy.stats import chi2
 
-from swarm_envs.calibration.candidates import BY_NAME, DRIVE_CANDIDATES, Candidate, Parameter, rim_speeds
+from swarm_envs.calibration.candidates import BY_NAME, DRIVE_CANDIDATES, Candidate, Parameter, rim_speeds, thresholds
 from swarm_envs.calibration.drive import ANGULAR_GAIN, LINEAR_GAIN, drive_parameters, free_run
-from swarm_envs.calibration.filtering import Measured, measured
+from swarm_envs.calibration.filtering import ALONG, Measured, measured
 from swarm_envs.calibration.fitting import NOISE_FREE, Fit, Free, Model, block_sums, fit, free, free_gains, inverse
 from swarm_envs.calibration.log import FloatArray, Log
 from swarm_envs.calibration.prediction import tracked
@@ -110,7 +110,7 @@ class Search:
         base = drive_parameters(world)
         self.gains_first = False
         rough = rough_gains(log, base)
-        if log.driver_units or any(not 0.4 < ratio < 2.5 for ratio in rough if np.isfinite(ratio)):
+        if log.driver_units or any(not 0.05 < ratio < 20.0 for ratio in rough if np.isfinite(ratio)):
             self.gains_first = True
             base[LINEAR_GAIN] *= rough[0] if np.isfinite(rough[0]) else 1.0
             base[ANGULAR_GAIN] *= rough[1] if np.isfinite(rough[1]) else 1.0
@@ -119,9 +119,13 @@ class Search:
         self.records: dict[str, tuple[float, float]] = {}
         self.groups: list[tuple[str, ...]] = []
         first = ["linear_gain"] * bool(np.isfinite(rough[0])) + ["angular_gain"] * bool(np.isfinite(rough[1]))
-        start = Model(base, rough_noise(self.data), np.ones((robots, 2)))
+        noise = rough_noise(self.data)
+        # the tracker's noise shows where nothing moves; left alone it may vanish into that of the motion
+        floors = np.log(0.5 * noise[:ALONG])
+        self.noise = tuple(dataclasses.replace(entry, low=floors[k]) if k < ALONG else entry for k, entry in enumerate(NOISE_FREE))
+        start = Model(base, noise, np.ones((robots, 2)))
         self.start = dataclasses.replace(start, parameters=drive_parameters(world))
-        self.fit = fit(start, [*NOISE_FREE], self.data, 30)
+        self.fit = fit(start, self.noise, self.data, 30)
         if self.gains_first:
             self.named = first
             self.records = {name: (float("nan"), 0.0) for name in first}
@@ -180,7 +184,8 @@ class Search:
         values = [start.filtered(self.data).total for start in starts]
         best = starts[int(np.argmax(values))]
         if not candidate.smooth:
-            return best, max(values)
+            best = best_threshold(best, self.data)
+            return best, best.filtered(self.data).total
         if candidate.name == "command_loss":
             return best, max(values)
         fitted = fit(best, free(candidate.parameters), self.data, 6)
@@ -198,7 +203,7 @@ class Search:
             fitted = fit(model, what, data, iterations)
             model = fitted.model
             if "deadband" in names:
-                model = best_of_grid(model, BY_NAME["deadband"], data)
+                model = best_threshold(model, data)
             if "command_loss" in names:
                 model = best_loss(model, data)
         if model is not fitted.model:
@@ -217,7 +222,7 @@ class Search:
             # the robots' own factors hold both gains' levels
             gains = {p.index for name in ("linear_gain", "angular_gain") for p in BY_NAME[name].parameters}
             entries = [entry for entry in entries if entry.index not in gains]
-        return [*entries, *NOISE_FREE]
+        return [*entries, *self.noise]
 
     def refit(self, model: Model) -> Fit:
         """Fit all named effects and the noise."""
@@ -353,9 +358,9 @@ class Search:
             return self.fit.log_likelihood - self.fit.model.with_values([parameter], [trial]).filtered(self.data).total
 
         if candidate.name == "deadband":
-            grid = np.array([place[0] for place in candidate.starts(self.fit.model.parameters, self.data)])
-            speeds = rim_speeds(self.fit.model.parameters, self.data)
-            inside = [v for v in grid if drop(v) < 1.92] or [value]
+            speeds, every = rim_speeds(self.fit.model.parameters, self.data), thresholds(self.fit.model.parameters, self.data)
+            near = int(np.searchsorted(every, value))
+            inside = [float(v) for v in every[max(0, near - 40) : near + 40] if drop(float(v)) < 1.92] or [value]
             return float(speeds[speeds < min(inside)].max(initial=0.0)), float(speeds[speeds > max(inside)].min(initial=parameter.high))
         return edge(drop, value, parameter.low), edge(drop, value, parameter.high)
 
@@ -387,10 +392,22 @@ def edge(drop: Callable[[float], float], value: float, bound: float) -> float:
     return 0.5 * (inside + outside)
 
 
-def best_of_grid(model: Model, candidate: Candidate, data: Measured) -> Model:
-    """Return the model with a candidate's best place on its grid."""
-    places = [model, *(model.with_values(candidate.parameters, values) for values in candidate.starts(model.parameters, data))]
-    return places[int(np.argmax([place.filtered(data).total for place in places]))]
+def best_threshold(model: Model, data: Measured) -> Model:
+    """Return the model with the likeliest deadband: the best of some thresholds, then of all near it."""
+    parameter = BY_NAME["deadband"].parameters
+    every = thresholds(model.parameters, data)
+    if not len(every):
+        return model
+    stride = max(1, len(every) // 40)
+    best, likelihood = model, model.filtered(data).total
+    near = int(np.searchsorted(every, model.parameters[parameter[0].index]))
+    for places in (range(0, len(every), stride), None):
+        for place in places if places is not None else range(max(0, near - stride), min(len(every), near + stride + 1)):
+            trial = model.with_values(parameter, [float(every[place])])
+            total = trial.filtered(data).total
+            if total > likelihood:
+                best, likelihood, near = trial, total, place
+    return best
 
 
 def best_loss(model: Model, data: Measured) -> Model:
