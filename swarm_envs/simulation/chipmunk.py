@@ -44,7 +44,7 @@ SLOP = 2e-4
 """Overlap in m that Chipmunk leaves alone; its default is 0.1 in the space's unit of length, which would be 10 cm."""
 BIAS = 0.5**60
 """Share of an overlap that remains after a second; half of it is gone in 1/60 s."""
-CLOSING = 0.0048
+CLOSING = 0.0036
 """Two robots may close by at most this many metres in a substep; see :func:`substeps_for`."""
 LATTICE = 100
 """A substep begins and ends on this lattice of a tick; one in which robots first touch ends on the next point after the touch."""
