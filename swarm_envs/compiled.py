@@ -28,17 +28,19 @@ UNUSED_DAYS = 14
 """Caches that no process opened for so long are removed; another version in use beside this one keeps its own."""
 
 
-def compiled(**options: Any) -> Callable[[F], F]:
+def compiled(*signature: str, **options: Any) -> Callable[[F], F]:
     """Decorate a function to be compiled on first use, without the interpreter's lock, and cached on disk.
 
     Args:
+        signature: The types of the result and the arguments where only one set of them shall be compiled, at import; several
+            would be for callers that pass a constant, an index and a number.
         **options: Passed to :func:`numba.njit`, such as ``forceinline``; ``_nrt=False`` for functions that create no array:
             numba then counts no references, which costs more than the physics where a loop looks at an array's rows.
     """
 
     def decorate(function: F) -> F:
         with caching_in(cache_folder(Path(function.__code__.co_filename).parent)):
-            return numba.njit(cache=True, nogil=True, **{"_nrt": True} | options)(function)  # type: ignore[no-any-return]
+            return numba.njit(*signature, cache=True, nogil=True, **{"_nrt": True} | options)(function)  # type: ignore[no-any-return]
 
     return decorate
 

@@ -15,6 +15,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from swarm_envs.compiled import compiled
 from swarm_envs.simulation import parameters as p
 from swarm_envs.simulation import scratch as m
@@ -125,7 +127,7 @@ def advance_touching(world: WorldArrays, state: StateArrays, w: int, scratch: Sc
         else:
             slide(world, state, w, i, scratch)
     if crowd:
-        kept = 0
+        kept = int(np.int64(0))  # a plain 0 is another type, for which callees would be compiled, too
         for k in range(count):
             if place[partners[k, 0]] == CROWD:
                 if kept != k:
@@ -290,7 +292,7 @@ def find_contacts(world: WorldArrays, poses: FloatArray, scratch: Scratch) -> in
     for i in range(count):
         columns[m.X, i], columns[m.Y, i] = poses[i, 0], poses[i, 1]
         columns[m.NEAR, i] = robots[i, p.RADIUS] + world.reach
-    found = 0
+    found = int(np.int64(0))
     if count >= GRID_FROM:
         found = find_pairs_with_grid(world, poses, scratch)
     else:
@@ -409,7 +411,7 @@ def find_pairs_with_grid(world: WorldArrays, poses: FloatArray, scratch: Scratch
     cell = max(2.0 * scratch.columns[m.NEAR].max(), 0.5 * math.sqrt((width * height + 1e-6) / poses.shape[0]))
     columns, rows = int(width / cell) + 1, int(height / cell) + 1
     first, order = bins(poses, low_x, low_y, cell, columns, rows)
-    found = 0
+    found = int(np.int64(0))
     for i in range(poses.shape[0]):
         column = int((poses[i, 0] - low_x) / cell)
         row = int((poses[i, 1] - low_y) / cell)

@@ -38,7 +38,7 @@ def world_keys(seed: int | Sequence[int], first: int, count: int) -> npt.NDArray
     return mixed_keys(base, np.arange(first, first + count, dtype=np.uint64))
 
 
-@compiled()
+@compiled("uint64(uint64)")
 def mix(x: Any) -> Any:
     """Scramble 64 bits so that near inputs give unrelated outputs."""
     x = uint64(x) + uint64(0x9E3779B97F4A7C15)
@@ -56,14 +56,14 @@ def mixed_keys(base: int, indices: npt.NDArray[np.uint64]) -> npt.NDArray[np.uin
     return keys
 
 
-@compiled()
+@compiled("float64(uint64, int64, int64, int64)")
 def uniform(key: int, robot: int, tick: int, stream: int) -> float:
     """Return a number from [0, 1)."""
     bits = mix(mix(mix(uint64(key) ^ uint64(stream)) ^ uint64(robot)) ^ uint64(tick))
     return float((bits >> uint64(11)) * (1.0 / 9007199254740992.0))
 
 
-@compiled()
+@compiled("float64(uint64, int64, int64, int64)")
 def normal(key: int, robot: int, tick: int, stream: int) -> float:
     """Return a standard normal number (Box and Muller), from two draws of the stream."""
     u = 1.0 - uniform(key, robot, 2 * tick, stream)

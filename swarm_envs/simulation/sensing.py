@@ -120,7 +120,10 @@ def nearest_seen(world: WorldArrays, state: StateArrays, w: int, i: int, s: int,
         if (
             squared < nearest * nearest
             and meets_sector(ax * dx + ay * dy, abs(ax * dy - ay * dx), cos_half, sin_half, reach, radius)
-            and (sensor[p.OCCLUSION] == 0.0 or in_sight(world, state, w, poses[i, 0], poses[i, 1], dx, dy, radius, ax, ay, sensor, -1))
+            and (
+                sensor[p.OCCLUSION] == 0.0
+                or in_sight(world, state, w, poses[i, 0], poses[i, 1], dx, dy, radius, ax, ay, sensor, int(np.int64(-1)))
+            )
         ):
             nearest = math.sqrt(squared)
     if sensor[p.SEES_OBJECTS] != 0.0:
@@ -257,7 +260,7 @@ def sense_with_grid(world: WorldArrays, state: StateArrays, w: int) -> None:
     for i in range(count):
         column = int((poses[i, 0] - low_x) / cell)
         row = int((poses[i, 1] - low_y) / cell)
-        found = 0
+        found = int(np.int64(0))  # a plain 0 is another type, for which callees would be compiled, too
         for r in range(max(0, row - 1), min(rows, row + 2)):
             for c in range(max(0, column - 1), min(columns, column + 2)):
                 for k in range(first[r * columns + c], first[r * columns + c + 1]):

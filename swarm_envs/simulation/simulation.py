@@ -98,7 +98,9 @@ class Simulation:
             given = f"shape {array.shape}" if array.shape != expected else "a value that is not finite"
             raise WorldError(f"commands: given {given}, expected {expected} finite speeds (worlds, robots, v omega) in m/s and rad/s")
         self._send(messages)
-        step_worlds(self._parameters, self._state, self._spaces.arrays, self.engine == "disc", array, self._wish, self._scratch)
+        step_worlds(
+            self._parameters, self._state, self._spaces.arrays if self.engine == "chipmunk" else None, array, self._wish, self._scratch
+        )
 
     def observe(self) -> None:
         """Take readings anew, and tell the engine, for those who have moved robots by writing to :attr:`poses`."""
@@ -120,7 +122,7 @@ class Simulation:
         if [poses.shape, detections.shape, commands.shape] != expected or controllers.shape[:2] != (frames[0], frames[2]):
             raise WorldError(f"run: arrays do not have the shapes {expected}, or controllers not ({frames[0]}, {frames[2]}, numbers)")
         run_worlds(
-            self._parameters, self._state, self._spaces.arrays, self.engine == "disc", controllers, steps, every,
+            self._parameters, self._state, self._spaces.arrays if self.engine == "chipmunk" else None, controllers, steps, every,
             self._wish, self._scratch, poses, detections, commands,
         )  # fmt: skip
 

@@ -23,8 +23,7 @@ ByteArray = npt.NDArray[np.uint8]
 def advance_world(
     world: WorldArrays,
     state: StateArrays,
-    spaces: SpaceArrays,
-    use_disc: bool,
+    spaces: SpaceArrays | None,
     w: int,
     commands: FloatArray,
     wish: FloatArray,
@@ -35,8 +34,7 @@ def advance_world(
     Args:
         world: Parameters.
         state: State of all worlds.
-        spaces: Chipmunk's memory; not looked at when ``use_disc``.
-        use_disc: Which engine solves contacts.
+        spaces: Chipmunk's memory; None for the disc engine. Each engine is compiled without the other.
         w: Index of the world.
         commands: (R, 2) v in m/s and omega in rad/s.
         wish: (R, 3) scratch memory.
@@ -45,7 +43,7 @@ def advance_world(
     give_commands(world, state, w, commands)
     if not world.ideal_drive:
         stall_wheels(world, state, w)
-    if use_disc:
+    if spaces is None:
         disc.advance(world, state, w, scratch)
     else:
         chipmunk.advance(world, state, spaces, w, wish, scratch.velocity)
@@ -59,20 +57,19 @@ def advance_world(
 def step_worlds(
     world: WorldArrays,
     state: StateArrays,
-    spaces: SpaceArrays,
-    use_disc: bool,
+    spaces: SpaceArrays | None,
     commands: FloatArray,
     wish: FloatArray,
     scratch: Scratch,
 ) -> None:
     """Run every world through one tick with its own commands (W, R, 2)."""
     for w in range(commands.shape[0]):
-        advance_world(world, state, spaces, use_disc, w, commands[w], wish, scratch)
+        advance_world(world, state, spaces, w, commands[w], wish, scratch)
 
 
 @compiled(_nrt=False)
 def run_worlds(
-    world: WorldArrays, state: StateArrays, spaces: SpaceArrays, use_disc: bool, controllers: FloatArray, steps: int, every: int,
+    world: WorldArrays, state: StateArrays, spaces: SpaceArrays | None, controllers: FloatArray, steps: int, every: int,
     wish: FloatArray, scratch: Scratch, poses: FloatArray, detections: ByteArray, commands: FloatArray,
 ) -> None:  # fmt: skip
     """Run each world with its controllers and record frames.
@@ -80,8 +77,7 @@ def run_worlds(
     Args:
         world: Parameters.
         state: State of W worlds, started and sensed.
-        spaces: Chipmunk's memory.
-        use_disc: Which engine solves contacts.
+        spaces: Chipmunk's memory; None for the disc engine.
         controllers: (W, R, 2 * 2^K) pairs (v, omega) in m/s and rad/s; the pair's index is the number that K readings write in binary.
             Where the world has a broadcast, a robot sends whether its sensors report something.
         steps: Ticks to run.
@@ -101,7 +97,7 @@ def run_worlds(
             if k < steps:
                 if world.broadcast_range > 0.0:
                     tell_what_is_seen(state, w)
-                advance_world(world, state, spaces, use_disc, w, now, wish, scratch)
+                advance_world(world, state, spaces, w, now, wish, scratch)
 
 
 @compiled(forceinline=True, _nrt=False)

@@ -7,7 +7,11 @@ ratios hold on any machine.
 from __future__ import annotations
 
 import math
+import os
 import statistics
+import subprocess
+import sys
+import tempfile
 import time
 from collections.abc import Callable
 
@@ -17,6 +21,7 @@ import pymunk
 
 from swarm_envs import Simulation, load_world, rollouts
 from swarm_envs.rendering import videos
+from swarm_envs.worlds import WorldSpec
 
 BEHAVIOURS = {
     "spread out": [0.05, 1.6, 0.05, 1.6],
@@ -40,10 +45,11 @@ def rate(work: Callable[[], int]) -> float:
 
 
 def rollout_rate(engine: str, controller: list[float], worlds: int) -> float:
-    """World-steps per second of ``rollouts`` on one thread."""
+    """World-steps per second of ``rollouts`` on one thread, for a world that is read already."""
+    world = load_world("hero_plus")
 
     def work() -> int:
-        rollouts("hero_plus", [controller] * worlds, engine=engine, threads=1, record_every=100)
+        rollouts(world, [controller] * worlds, engine=engine, threads=1, record_every=100)
         return worlds * STEPS
 
     return rate(work)
@@ -107,6 +113,57 @@ def step_rate(engine: str) -> float:
     return rate(work)
 
 
+def vector_rate(copies: int = 256) -> float:
+    """World-steps per second of ``gym.make_vec("HeRo/Swarm-v0")``, native."""
+    env = gym.make_vec("HeRo/Swarm-v0", num_envs=copies, vectorization_mode="vector_entry_point")
+    action = np.tile(np.array([0.05, 1.6], np.float32), (copies, 8, 1))
+
+    def work() -> int:
+        env.reset(seed=0)
+        for _ in range(100):
+            env.step(action)
+        return 100 * copies
+
+    return rate(work)
+
+
+def thread_gain() -> float:
+    """Wall-clock speed of two threads over that of one, the best of several each: other processes only ever slow one down."""
+    world, controllers = load_world("hero_plus"), [BEHAVIOURS["clustered"]] * 512
+    seconds: dict[int, list[float]] = {1: [], 2: []}
+    for _ in range(REPETITIONS):
+        for threads, taken in seconds.items():
+            begin = time.perf_counter()
+            rollouts(world, controllers, engine="disc", threads=threads, record_every=100)
+            taken.append(time.perf_counter() - begin)
+    return min(seconds[1]) / min(seconds[2])
+
+
+def cost_of_many(robots: int = 1000) -> float:
+    """CPU time of a robot's tick among ``robots`` in an arena as much larger, over that among eight; robots wander and meet."""
+    rates = []
+    for count in (8, robots):
+        world = load_world("hero_plus").with_robots(count, scale_arena=True)
+        worlds = 2048 // count
+
+        def work(world: WorldSpec = world, worlds: int = worlds, count: int = count) -> int:
+            rollouts(world, [[0.09, 0.5, 0.05, -1.6]] * worlds, engine="disc", threads=1, steps=300, record_every=100)
+            return worlds * count * 300
+
+        rates.append(rate(work))
+    return rates[0] / rates[1]
+
+
+def first_use_seconds() -> float:
+    """CPU seconds of the first rollout after an installation, in a process with an empty cache of compiled code."""
+    program = "import time, swarm_envs; swarm_envs.rollouts('hero_plus', [[0.05, 0, 0, 0]], steps=1); print(time.process_time())"
+    with tempfile.TemporaryDirectory() as folder:
+        result = subprocess.run(
+            [sys.executable, "-c", program], env=os.environ | {"NUMBA_CACHE_DIR": folder}, capture_output=True, text=True, check=True
+        )
+    return float(result.stdout)
+
+
 def video_rate() -> float:
     """Videos (3, 64, 64) per second on one thread."""
     runs = rollouts("hero_plus", np.random.default_rng(0).uniform(-1, 1, (200, 4)) * [0.09, 1.6, 0.09, 1.6])
@@ -119,16 +176,35 @@ def video_rate() -> float:
     return rate(work)
 
 
+TARGETS = {"chipmunk": 70_000, "disc": 900_000}
+"""World-steps per second asked of the median over behaviours."""
+
+
+def line(what: str, value: float, target: str = "", decimals: int = 0) -> None:
+    """Print a line of the table."""
+    print(f"{what:48} {value:14,.{decimals}f}  {target}".rstrip(), flush=True)
+
+
 def main() -> None:
     """Print the table."""
-    print(f"{'what, on one core':44} {'per second of CPU':>18}")
+    print(f"{'what, on one core':48} {'per CPU second':>14}  asked for")
+    rates: dict[str, list[float]] = {"plain pymunk loop": [], "chipmunk": [], "disc": []}
     for name, controller in BEHAVIOURS.items():
-        print(f"{'plain pymunk loop, ' + name + ', world-steps':44} {plain_loop_rate(controller):18,.0f}")
-        for engine, worlds in (("chipmunk", 32), ("disc", 64)):
-            print(f"{f'rollouts, {engine}, {name}, world-steps':44} {rollout_rate(engine, controller, worlds):18,.0f}", flush=True)
+        rates["plain pymunk loop"].append(plain_loop_rate(controller))
+        line(f"plain pymunk loop, {name}, world-steps", rates["plain pymunk loop"][-1])
+        for engine, worlds in (("chipmunk", 64), ("disc", 512)):
+            rates[engine].append(rollout_rate(engine, controller, worlds))
+            line(f"rollouts, {engine}, {name}, world-steps", rates[engine][-1])
+    for engine, each in rates.items():
+        target = f"{TARGETS[engine]:,}" if engine in TARGETS else ""
+        line(f"{engine}, median over behaviours, world-steps", statistics.median(each), target)
+    line("vector environment, 256 worlds, world-steps", vector_rate(), "400,000")
     for engine in ("chipmunk", "disc"):
-        print(f"{f'gym.make(...).step, {engine}':44} {step_rate(engine):18,.0f}", flush=True)
-    print(f"{'greyscale videos':44} {video_rate():18,.0f}")
+        line(f"gym.make(...).step, {engine}", step_rate(engine), "12,000")
+    line("greyscale videos", video_rate())
+    line("two threads over one, wall clock, ratio", thread_gain(), "at least 1.8", 2)
+    line("a robot's tick among 1,000 over 8, ratio", cost_of_many(), "at most 3", 2)
+    line("first use, compiling, CPU s", first_use_seconds(), "at most 20", 1)
 
 
 if __name__ == "__main__":
