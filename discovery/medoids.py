@@ -8,7 +8,7 @@ from typing import Any
 import kmedoids
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial.distance import cdist  # type: ignore[import-untyped]
+from scipy.spatial.distance import cdist
 
 from discovery.randomness import whole_seed
 from discovery.settings import ClusteringSettings

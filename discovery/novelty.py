@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial.distance import cdist  # type: ignore[import-untyped]
+from scipy.spatial.distance import cdist
 
 
 def novelty(members: npt.NDArray[Any], archive: npt.NDArray[Any], neighbours: int) -> npt.NDArray[np.float64]:
