@@ -114,9 +114,8 @@ class WorldArrays(NamedTuple):
 def compile_world(world: WorldSpec) -> WorldArrays:
     """Turn a spec into arrays."""
     robots = np.array([_robot_row(robot, world.tick) for robot in world.robots])
-    sensors = np.array([_sensor_rows(robot, world.num_sensors, world.tick) for robot in world.robots]).reshape(
-        len(robots), world.num_sensors, 10
-    )
+    slots = world.num_sensors
+    sensors = np.array([_sensor_rows(robot, slots, world.tick) for robot in world.robots]).reshape(len(robots), slots, 10)
     contact = np.array(dataclasses.astuple(world.contact))
     walls = [_segments(world.arena.outline, free_inside=True)]
     walls += [_segments(obstacle.outline, free_inside=False) for obstacle in world.arena.obstacles]

@@ -248,22 +248,49 @@ def reading(world: WorldArrays, state: StateArrays, w: int, i: int, s: int, near
 
 @compiled()
 def sense_with_grid(world: WorldArrays, state: StateArrays, w: int) -> None:
-    """Update detections of a large swarm: only robots in cells within range are looked at."""
+    """Update detections of a large swarm: only robots in cells that the box around a robot's sectors meets are looked at."""
     poses = state.poses[w]
     count = poses.shape[0]
     low_x, low_y = poses[:, 0].min(), poses[:, 1].min()
     width, height = poses[:, 0].max() - low_x, poses[:, 1].max() - low_y
-    cell = max(world.sensors[:, :, p.SENSOR_RANGE].max(), math.sqrt((width * height + 1e-6) / count))
+    # a robot or so a cell: a narrow beam passes through few of them
+    cell = math.sqrt((width * height + 1e-6) / count)
     columns, rows = int(width / cell) + 1, int(height / cell) + 1
     first, order = bins(poses, low_x, low_y, cell, columns, rows)
+    largest = world.robots[:, p.VISIBLE_RADIUS].max()
     near = np.empty(count, np.int64)
     for i in range(count):
-        column = int((poses[i, 0] - low_x) / cell)
-        row = int((poses[i, 1] - low_y) / cell)
+        left, bottom, right, top = sectors_box(world, poses, i)
+        first_column = max(0, math.floor((left - largest - low_x) / cell))
+        last_column = min(columns - 1, math.floor((right + largest - low_x) / cell))
+        first_row = max(0, math.floor((bottom - largest - low_y) / cell))
+        last_row = min(rows - 1, math.floor((top + largest - low_y) / cell))
         found = int(np.int64(0))  # a plain 0 is another type, for which callees would be compiled, too
-        for r in range(max(0, row - 1), min(rows, row + 2)):
-            for c in range(max(0, column - 1), min(columns, column + 2)):
-                for k in range(first[r * columns + c], first[r * columns + c + 1]):
-                    near[found] = order[k]
-                    found += 1
+        for r in range(first_row, last_row + 1):
+            for k in range(first[r * columns + first_column], first[r * columns + last_column + 1]):
+                near[found] = order[k]
+                found += 1
         read_sensors(world, state, w, i, near, found)
+
+
+@compiled(_nrt=False)
+def sectors_box(world: WorldArrays, poses: FloatArray, i: int) -> tuple[float, float, float, float]:
+    """Return a box (left, bottom, right, top) in m that holds every sector of robot ``i``; no larger than the circle of its range."""
+    x, y = poses[i, 0], poses[i, 1]
+    left, bottom, right, top = x, y, x, y
+    for s in range(int(world.robots[i, p.NUM_SENSORS])):
+        sensor = world.sensors[i, s]
+        reach, half = sensor[p.SENSOR_RANGE], sensor[p.HALF_ANGLE]
+        if half >= 0.5 * math.pi:
+            left, right, bottom, top = min(left, x - reach), max(right, x + reach), min(bottom, y - reach), max(top, y + reach)
+            continue
+        bulge = reach * (1.0 - sensor[p.COS_HALF_ANGLE])  # the arc lies no further beyond its chord
+        cosine, sine = cos_sin(poses[i, 2])
+        ax = reach * (cosine * sensor[p.COS_BEARING] - sine * sensor[p.SIN_BEARING])
+        ay = reach * (sine * sensor[p.COS_BEARING] + cosine * sensor[p.SIN_BEARING])
+        cos_half, sin_half = sensor[p.COS_HALF_ANGLE], sensor[p.SIN_HALF_ANGLE]
+        for side in (-1.0, 1.0):
+            tip_x, tip_y = x + ax * cos_half - side * ay * sin_half, y + ay * cos_half + side * ax * sin_half
+            left, right = min(left, tip_x - bulge), max(right, tip_x + bulge)
+            bottom, top = min(bottom, tip_y - bulge), max(top, tip_y + bulge)
+    return left, bottom, right, top

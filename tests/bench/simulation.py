@@ -147,8 +147,8 @@ def cost_of_many(robots: int = 1000) -> float:
         worlds = 2048 // count
 
         def work(world: WorldSpec = world, worlds: int = worlds, count: int = count) -> int:
-            rollouts(world, [[0.09, 0.5, 0.05, -1.6]] * worlds, engine="disc", threads=1, steps=300, record_every=100)
-            return worlds * count * 300
+            rollouts(world, [[0.09, 0.5, 0.05, -1.6]] * worlds, engine="disc", threads=1, steps=STEPS, record_every=100)
+            return worlds * count * STEPS
 
         rates.append(rate(work))
     return rates[0] / rates[1]
