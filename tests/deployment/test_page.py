@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,30 +10,15 @@ from typing import Any
 import pytest
 
 from discovery.deployment.simulated import SimulatedFleet
+from tests.browser import headless_chromium
 from tests.deployment.network import BadNetwork, Weather
 from tests.deployment.serving import CONTROLLER, Serving, all_drive, stop_times, wait_for
-
-webdriver: Any = pytest.importorskip("selenium.webdriver", reason="selenium is absent: pip install selenium")
 
 
 @pytest.fixture(scope="module")
 def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
-    chromium, driver = shutil.which("chromium"), shutil.which("chromedriver")
-    if chromium is None or driver is None:
-        pytest.skip("chromium or its driver is absent (Debian: chromium chromium-driver)")
-    options = webdriver.ChromeOptions()
-    options.binary_location = chromium
-    for flag in [
-        "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
-        "--disable-component-update", "--disable-sync", "--disable-dev-shm-usage", "--proxy-server=direct://",
-        f"--user-data-dir={tmp_path_factory.mktemp('chromium')}",
-    ]:  # fmt: skip
-        options.add_argument(flag)
-    started = webdriver.Chrome(options=options, service=webdriver.ChromeService(executable_path=driver))
-    try:
+    with headless_chromium(tmp_path_factory.mktemp("chromium")) as started:
         yield started
-    finally:
-        started.quit()
 
 
 def state(browser: Any, robot: str) -> str:

@@ -11,6 +11,7 @@ import pytest
 import yaml
 
 from discovery.deployment.simulated import SimulatedFleet
+from swarm_envs.calibration import read_log
 from tests.deployment.serving import CONTROLLER, Serving, all_drive
 
 
@@ -80,7 +81,4 @@ def test_a_trackers_poses_are_on_the_same_clock(log: Path) -> None:
 
 
 def test_calibration_reads_it(log: Path) -> None:
-    reading = pytest.importorskip("swarm_envs.calibration", reason="calibration is not there yet")
-    if not hasattr(reading, "read_log"):
-        pytest.skip("calibration has no read_log yet")
-    assert reading.read_log(log) is not None
+    assert read_log(log) is not None

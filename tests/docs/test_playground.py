@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
 import threading
 from collections.abc import Iterator
 from functools import partial
@@ -16,8 +15,8 @@ import pytest
 
 import swarm_envs
 from swarm_envs import behaviours
+from tests.browser import headless_chromium
 
-webdriver: Any = pytest.importorskip("selenium.webdriver", reason="selenium is absent: pip install selenium")
 GOLDEN = json.loads(Path(__file__).with_name("golden.json").read_text())
 STEPS = 600
 
@@ -39,24 +38,9 @@ def address(site: Path) -> Iterator[str]:
 
 @pytest.fixture(scope="module")
 def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
-    chromium, driver = shutil.which("chromium"), shutil.which("chromedriver")
-    if chromium is None or driver is None:
-        pytest.skip("chromium or its driver is absent (Debian: chromium chromium-driver)")
-    options = webdriver.ChromeOptions()
-    options.binary_location = chromium
-    for flag in [
-        "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
-        "--disable-component-update", "--disable-sync", "--disable-dev-shm-usage", "--proxy-server=direct://", "--window-size=1280,1000",
-        f"--user-data-dir={tmp_path_factory.mktemp('chromium')}",
-    ]:  # fmt: skip
-        options.add_argument(flag)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    started = webdriver.Chrome(options=options, service=webdriver.ChromeService(executable_path=driver))
-    started.set_script_timeout(120)
-    try:
+    with headless_chromium(tmp_path_factory.mktemp("chromium"), "--window-size=1280,1000") as started:
+        started.set_script_timeout(120)
         yield started
-    finally:
-        started.quit()
 
 
 @pytest.fixture
