@@ -17,7 +17,7 @@ from discovery.run_folder import ARCHIVE, ENCODER, open_folder, read_manifest
 from discovery.settings import Settings
 
 if TYPE_CHECKING:
-    from discovery.encoder import Encoder
+    from discovery.representations.encoder import Encoder
 
 
 @dataclass(frozen=True)
@@ -62,12 +62,12 @@ class Run:
         Raises:
             DiscoveryError: When the file is missing or damaged.
         """
-        from discovery.compute import choose_compute
-        from discovery.encoder import Encoder, load_arrays, make_network
+        from discovery.representations.compute import choose_compute
+        from discovery.representations.encoder import Encoder, load_arrays, make_network
 
         saved = open_folder(self.path).read_tensors(ENCODER)
         if saved is None:
-            raise DiscoveryError(f"{self.path / ENCODER}: there is none; this run's representation is not a trained encoder")
+            raise DiscoveryError(f"{self.path / ENCODER}: there is none; this run's representation has no encoder")
         network = make_network(saved.facts["frames"], 0)
         load_arrays(network, saved.tensors)
         settings = self.settings.representation

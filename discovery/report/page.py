@@ -16,7 +16,7 @@ from discovery.medoids import Clusters
 from discovery.report.animation import describe_scene, pack_rollout, to_base64
 from discovery.report.archive_map import choose_rows, lay_out
 from discovery.report.chart import line_chart
-from discovery.representation import Fitted
+from discovery.representations.interface import Fitted
 from discovery.run_folder import REPORT, RunFolder
 from discovery.simulate import Simulator
 
@@ -109,7 +109,7 @@ def _counts(archive: Archive, clusters: Clusters) -> list[dict[str, Any]]:
 
 def _loss_chart(fitted: Fitted) -> Any:
     steps = list(range(1, len(fitted.losses) + 1))
-    return line_chart(steps, fitted.losses, "Training loss", "training step", "NT-Xent loss (nat)")
+    return line_chart(steps, fitted.losses, "Training loss", "training step", fitted.loss_name)
 
 
 def _novelty_chart(archive: Archive) -> Any:

@@ -10,8 +10,8 @@ import torch
 from torchvision.models import ResNet18_Weights, resnet18
 
 from discovery import weights
-from discovery.encoder import make_network
-from discovery.weights import NoWeightsError, imagenet_weights
+from discovery.representations.encoder import make_network
+from discovery.representations.imagenet import NoWeightsError, imagenet_weights
 
 
 @pytest.fixture
