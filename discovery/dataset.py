@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from discovery.controllers import FloatArray, random_controllers
-from discovery.label_codes import decode_labels, encode_labels
+from discovery.labels import decode_labels, encode_labels
 from discovery.progress import bar
 from discovery.randomness import generator, whole_seed
 from discovery.run_folder import RunFolder, part_name

@@ -14,7 +14,7 @@ from discovery.archive import Archive
 from discovery.controllers import FloatArray, check_controllers, gene_limits
 from discovery.errors import DiscoveryError
 from discovery.genetic_emitter import GeneticEmitter
-from discovery.label_codes import LABEL_BYTES, decode_labels, encode_labels
+from discovery.labels import LABEL_BYTES, decode_labels, encode_labels
 from discovery.progress import bar
 from discovery.randomness import whole_seed
 from discovery.representations.interface import Representation

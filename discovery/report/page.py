@@ -12,6 +12,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined, select_autoes
 
 from discovery.archive import Archive
 from discovery.confirmation import STARTS, Confirmation
+from discovery.labels import BEHAVIOURS
 from discovery.medoids import Clusters
 from discovery.report.animation import describe_scene, pack_rollout, to_base64
 from discovery.report.archive_map import choose_rows, lay_out
@@ -19,9 +20,6 @@ from discovery.report.chart import line_chart
 from discovery.representations.interface import Fitted
 from discovery.run_folder import REPORT, RunFolder
 from discovery.simulate import Simulator
-
-BEHAVIOURS = ("aggregation", "cyclic pursuit", "dispersal", "milling", "wall following", "random")
-"""The labels that rules give, in the order of the legend; each has its colour in ``style.css``."""
 
 
 def write_report(

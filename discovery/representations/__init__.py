@@ -10,10 +10,11 @@ from collections.abc import Callable
 
 from discovery.dataset import Dataset
 from discovery.representations.contrastive import fit_simclr
-from discovery.representations.hand_crafted import fit_hand_crafted
+from discovery.representations.hand_crafted import fit_hand_crafted, load_hand_crafted
 from discovery.representations.interface import Fitted, Representation
 from discovery.representations.judged import fit_triplet
 from discovery.representations.untrained import fit_untrained
+from discovery.representations.videos import load_videos
 from discovery.run_folder import RunFolder
 
 METHODS: dict[str, Callable[[RunFolder, Dataset], Fitted]] = {
@@ -30,4 +31,15 @@ def fit(folder: RunFolder, dataset: Dataset) -> Fitted:
     return METHODS[folder.settings.representation.method](folder, dataset)
 
 
-__all__ = ["METHODS", "Fitted", "Representation", "fit"]
+def load(folder: RunFolder) -> Representation:
+    """Return the representation of a finished run.
+
+    Raises:
+        DiscoveryError: When the folder lacks it, or it is damaged.
+    """
+    if folder.settings.representation.method == "hand_crafted":
+        return load_hand_crafted(folder)
+    return load_videos(folder)
+
+
+__all__ = ["METHODS", "Fitted", "Representation", "fit", "load"]

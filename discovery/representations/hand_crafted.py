@@ -13,6 +13,9 @@ from discovery.run_folder import RunFolder
 from swarm_envs.metrics import hand_crafted
 from swarm_envs.simulation import Trajectories
 
+STANDARD = "standard.safetensors"
+"""File of the run folder with mean and scale."""
+
 
 @dataclass(frozen=True)
 class HandCrafted:
@@ -35,4 +38,11 @@ def fit_hand_crafted(folder: RunFolder, dataset: Dataset) -> Fitted:
         return Fitted(HandCrafted(np.zeros(5), np.ones(5)), "five hand-crafted metrics, raw")
     scale = dataset.metrics.std(axis=0)
     made = HandCrafted(dataset.metrics.mean(axis=0), np.where(scale > 0.0, scale, 1.0))
+    folder.write_tensors(STANDARD, {"mean": made.mean, "scale": made.scale}, {})
     return Fitted(made, "five hand-crafted metrics, standardised over the dataset", done="mean and spread of five metrics")
+
+
+def load_hand_crafted(folder: RunFolder) -> HandCrafted:
+    """Return the metrics as a finished run had them."""
+    saved = folder.read_tensors(STANDARD)
+    return HandCrafted(np.zeros(5), np.ones(5)) if saved is None else HandCrafted(saved.tensors["mean"], saved.tensors["scale"])

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
+from discovery.errors import DiscoveryError
 from discovery.representations.compute import Compute, choose_compute
 from discovery.representations.encoder import Encoder, load_arrays, make_network, state_arrays
 from discovery.representations.imagenet import NoWeightsError, imagenet_weights
@@ -43,10 +44,24 @@ def compute_of(settings: EncoderSettings) -> Compute:
     return choose_compute(settings.device, settings.precision)
 
 
-def look(folder: RunFolder, network: torch.nn.Module) -> VideoRepresentation:
+def look(folder: RunFolder, network: torch.nn.Module, compute: Compute | None = None) -> VideoRepresentation:
     """Return the representation that a network gives to the videos of a run."""
     settings, shape = folder.settings.representation, folder.settings.dataset
-    return VideoRepresentation(Encoder(network, compute_of(settings), settings.normalise), shape.frames, shape.size)
+    return VideoRepresentation(Encoder(network, compute or compute_of(settings), settings.normalise), shape.frames, shape.size)
+
+
+def load_videos(folder: RunFolder) -> VideoRepresentation:
+    """Return a finished run's representation; one that was made on a GPU is read where there is none, too.
+
+    Raises:
+        DiscoveryError: When the folder lacks the encoder, or it is damaged.
+    """
+    found = saved_network(folder)
+    if found is None:
+        raise DiscoveryError(f"{folder.path / ENCODER}: there is none")
+    settings = folder.settings.representation
+    device = "auto" if settings.device == "cuda" else settings.device
+    return look(folder, found[0], choose_compute(device, settings.precision))
 
 
 def saved_network(folder: RunFolder) -> tuple[torch.nn.Module, TensorFile] | None:

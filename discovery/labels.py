@@ -1,10 +1,12 @@
-"""Labels as numbers: neither safetensors nor pyribs' arrays hold text."""
+"""The labels that rules give, and as numbers: neither safetensors nor pyribs' arrays hold text."""
 
 from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
 
+BEHAVIOURS = ("aggregation", "cyclic pursuit", "dispersal", "milling", "wall following", "random")
+"""All of them, in the order of tables and legends; each has its colour in the report's ``style.css``."""
 LABEL_BYTES = 32
 """Room for a label's name."""
 
