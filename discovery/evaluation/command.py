@@ -28,6 +28,7 @@ def parser() -> argparse.ArgumentParser:
     one = kinds.add_parser("representations", parents=[shared], help="confusion over held-out triplets (Figure 3), k-NN, linear probe")
     one.add_argument("--per-class", type=int, default=100, help="test rollouts of each behaviour (default: %(default)s)")
     one.add_argument("--most-draws", type=int, default=8000, help="rollouts simulated at most to find them (default: %(default)s)")
+    one.add_argument("--labels", type=Path, help="a person's labels, from python -m discovery.annotation labels, instead of the rules'")
     one.add_argument("--seed", type=int, default=0, help="of the test set (default: %(default)s)")
     two = kinds.add_parser("behaviours", parents=[shared], help="which behaviours the medoids are (Table 1), and what simpler ways find")
     two.add_argument("--no-random-search", action="store_true", help="leave out random sampling, which simulates anew")
@@ -62,10 +63,13 @@ def _evaluate(arguments: argparse.Namespace) -> None:
 
 
 def _representations(arguments: argparse.Namespace, groups: dict[str, list[Run]], simulator: Simulator) -> None:
-    from discovery.evaluation.held_out import draw_test_set
+    from discovery.annotation.answers import read_labels
     from discovery.evaluation.representations import judge_representations, write_representations
+    from discovery.held_out import draw_held_out
 
-    test = draw_test_set(simulator, arguments.per_class, arguments.most_draws, arguments.seed)
+    test = draw_held_out(simulator, arguments.per_class, arguments.most_draws, arguments.seed)
+    if arguments.labels is not None:
+        test = test.relabelled(*read_labels(arguments.labels, test.fingerprint))
     judged = judge_representations(groups, test)
     write_representations(arguments.out, judged, test)
     for entry in judged:

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from discovery.evaluation.groups import FloatArray, mean_and_error
-from discovery.evaluation.held_out import TestSet
 from discovery.evaluation.probes import probe
 from discovery.evaluation.tables import write_csv, write_figure, write_json
 from discovery.evaluation.triplets import confusion
+from discovery.held_out import HeldOut
 from discovery.saved_run import Run
 
 
@@ -32,7 +32,7 @@ class Judged:
     linear: tuple[float, float]
 
 
-def judge_representations(groups: dict[str, list[Run]], test: TestSet) -> list[Judged]:
+def judge_representations(groups: dict[str, list[Run]], test: HeldOut) -> list[Judged]:
     """Judge each group of runs on the test set, the most accurate first."""
     classes, judged = test.classes, []
     for name, runs in groups.items():
@@ -48,7 +48,7 @@ def judge_representations(groups: dict[str, list[Run]], test: TestSet) -> list[J
     return sorted(judged, key=lambda entry: -entry.accuracy[0])
 
 
-def write_representations(folder: Path, judged: list[Judged], test: TestSet) -> None:
+def write_representations(folder: Path, judged: list[Judged], test: HeldOut) -> None:
     """Write ``representations.csv``, ``.json``, ``.png`` and ``.svg``."""
     classes = test.classes
     head = ["representation", "runs", "anchor", "what", "share", "standard error"]
@@ -61,7 +61,7 @@ def write_representations(folder: Path, judged: list[Judged], test: TestSet) -> 
     write_json(
         folder / "representations.json",
         {
-            "labels_given_by": "rules",
+            "labels_given_by": test.given_by,
             "test_set": dict(Counter(test.labels.tolist())),
             "classes": classes,
             "representations": [

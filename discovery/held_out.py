@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from discovery.controllers import random_controllers
 from discovery.errors import DiscoveryError
+from discovery.judgements import fingerprint
 from discovery.progress import bar
 from discovery.randomness import generator, whole_seed
-from discovery.representations.interface import Representation
 from discovery.simulate import Simulator
 from swarm_envs.behaviours import label
+from swarm_envs.rendering import videos
 from swarm_envs.simulation import Trajectories
+
+if TYPE_CHECKING:
+    from discovery.representations.interface import Representation
 
 CHUNK = 250
 """Rollouts simulated at a time."""
@@ -24,27 +30,49 @@ FEWEST = 10
 
 
 @dataclass(frozen=True)
-class TestSet:
-    """Labelled rollouts; their labels are given by rules."""
-
-    __test__ = False
-    """pytest: this is no test."""
+class HeldOut:
+    """Labelled rollouts."""
 
     parts: tuple[Trajectories, ...]
     labels: npt.NDArray[np.str_]
     """(N,) in the order of the parts."""
+    given_by: str = "rules"
+    """Who gave the labels."""
 
     @property
     def classes(self) -> list[str]:
         """Behaviours that occur, by name."""
         return sorted(set(self.labels.tolist()))
 
+    @property
+    def fingerprint(self) -> str:
+        """What the rollouts are known by, whoever labels them."""
+        return fingerprint(np.concatenate([videos(part) for part in self.parts]))
+
+    def relabelled(self, labels: Mapping[int, str], given_by: str) -> HeldOut:
+        """Return the rollouts that a person has labelled, with those labels.
+
+        Raises:
+            DiscoveryError: When fewer than two behaviours have enough of them.
+        """
+        counts = Counter(labels.values())
+        names = np.array([labels.get(row, "") for row in range(len(self.labels))], dtype=np.str_)
+        found = self._where(np.isin(names, [name for name, count in counts.items() if count >= FEWEST]), names, given_by)
+        if len(found.classes) < 2:
+            raise DiscoveryError(f"labels of {given_by}: {dict(counts)}; expected two behaviours of {FEWEST} or more, label more")
+        return found
+
+    def _where(self, keep: npt.NDArray[np.bool_], names: npt.NDArray[np.str_], given_by: str) -> HeldOut:
+        ends = np.cumsum([len(part.poses) for part in self.parts])
+        inside = [np.flatnonzero(chosen) for chosen in np.split(keep, ends[:-1])]
+        return HeldOut(tuple(part[rows] for part, rows in zip(self.parts, inside, strict=True) if len(rows)), names[keep], given_by)
+
     def embed(self, representation: Representation) -> npt.NDArray[np.float32]:
         """Embed every rollout: (N, d)."""
         return np.concatenate([representation.embed(part) for part in self.parts])
 
 
-def draw_test_set(simulator: Simulator, a_class: int, most_draws: int, seed: int) -> TestSet:
+def draw_held_out(simulator: Simulator, a_class: int, most_draws: int, seed: int) -> HeldOut:
     """Draw random controllers until every behaviour has enough rollouts, or the draws are used up.
 
     Args:
@@ -75,15 +103,8 @@ def draw_test_set(simulator: Simulator, a_class: int, most_draws: int, seed: int
             if len(counts) > 1 and all(count >= a_class for count in counts.values()) and number >= 3:
                 break
     names = np.array(labels, dtype=np.str_)
-    rare = [name for name, count in counts.items() if count < FEWEST]
-    keep = ~np.isin(names, rare)
-    begin, whole = 0, []
-    for part in parts:
-        inside = keep[begin : begin + len(part.poses)]
-        begin += len(part.poses)
-        if inside.any():
-            whole.append(part[np.flatnonzero(inside)])
-    found = TestSet(tuple(whole), names[keep])
+    drawn = HeldOut(tuple(parts), names)
+    found = drawn._where(np.isin(names, [name for name, count in counts.items() if count >= FEWEST]), names, "rules")
     if len(found.classes) < 2:
         raise DiscoveryError(f"test set: {dict(counts)} of {most_draws} rollouts; expected two behaviours of {FEWEST} or more, draw more")
     return found
