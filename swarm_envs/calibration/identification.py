@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -70,8 +71,13 @@ class Identified:
     """What was fitted."""
     start: Model
     """The drive as the world had it, with the noise that explains the log then."""
-    without: tuple[Model, ...]
-    """For each held-out group the model fitted to the others."""
+    leave_out: Callable[[], tuple[Model, ...]] = field(repr=False, compare=False)
+    """Computes :attr:`without`."""
+
+    @cached_property
+    def without(self) -> tuple[Model, ...]:
+        """For each held-out group the model fitted to the others."""
+        return self.leave_out()
 
 
 @dataclass(frozen=True)
@@ -313,7 +319,7 @@ class Search:
         groups = [*self.groups, *twins]
         causes = tuple(self.cause(name) for name in self.named)
         return Identified(
-            causes, self.fit.model, self.data.robots, tuple(groups), rejected, self.gains_first, self.data, self.start, self.leave_out()
+            causes, self.fit.model, self.data.robots, tuple(groups), rejected, self.gains_first, self.data, self.start, self.leave_out
         )
 
     def leave_out(self) -> tuple[Model, ...]:
