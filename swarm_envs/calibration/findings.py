@@ -16,6 +16,7 @@ from swarm_envs.calibration.identification import Cause, Identified, identify
 from swarm_envs.calibration.log import Log, read_log
 from swarm_envs.calibration.pushing import identify_contact
 from swarm_envs.calibration.sensing import identify_sensor
+from swarm_envs.calibration.swarm_gain import swarm_gain
 from swarm_envs.worlds import WorldSpec, load_world
 
 LARGEST = 3
@@ -26,8 +27,8 @@ LARGEST = 3
 class Findings:
     """What calibration found; :meth:`to_json` has the schema of ``findings.json``."""
 
-    world: str
-    """Name of the world that was calibrated."""
+    spec: WorldSpec
+    """The world that was calibrated."""
     log: Log
     """The data."""
     discrepancies: tuple[Discrepancy, ...]
@@ -66,7 +67,7 @@ class Findings:
         ]
         unexplained = None if self.unexplained is None else asdict(self.unexplained)
         document: dict[str, Any] = {
-            "world": self.world,
+            "world": self.spec.name,
             "data": {"name": self.log.name, "runs": len(self.log.runs), "robots": len(self.log.robots), "notes": list(self.notes)},
             "discrepancies": [asdict(entry) for entry in self.discrepancies],
             "causes": causes,
@@ -99,15 +100,18 @@ def calibrate(log: str | Path | Log, world: str | Path | WorldSpec, progress: Ca
     causes = (*found.causes, *seen.causes, *touched.causes)
     wrong = criticise(residuals(log, found.start, found.robots))
     left = criticise(residuals(log, found.model, found.robots))
+    extended = extend(spec, causes, log.name)
+    gain = heldout_gain(log, found.data, found.start.parameters, found.without, spec, extended)
+    gain += swarm_gain(log, found.data, found.without, spec, extended, progress)
     notes = list(log.notes)
     if found.gains_first:
         notes.insert(0, "Commands are not in SI units, or far from them: gains were fitted first.")
     return Findings(
-        world=spec.name, log=log, discrepancies=tuple(_largest(wrong)), causes=causes,
+        spec=spec, log=log, discrepancies=tuple(_largest(wrong)), causes=causes,
         indistinguishable=(*found.indistinguishable, *seen.indistinguishable, *touched.indistinguishable),
         rejected=(*found.rejected, *seen.rejected, *touched.rejected), unexplained=left[0] if left else None,
-        gain=tuple(heldout_gain(log, found.data, found.start.parameters, found.without)),
-        extended=extend(spec, causes, log.name), identified=found, notes=tuple(notes),
+        gain=tuple(gain),
+        extended=extended, identified=found, notes=tuple(notes),
     )  # fmt: skip
 
 
