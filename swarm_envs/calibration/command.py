@@ -22,6 +22,7 @@ def parser() -> argparse.ArgumentParser:
     arguments.add_argument("--world", default="hero_plus", help="world to calibrate: a name or a YAML file (default: %(default)s)")
     arguments.add_argument("--out", type=Path, help="folder for findings.json, extended.yaml and report.html")
     arguments.add_argument("--evaluate", nargs="+", metavar=("WORLD", "LOG"), help="predict a log with a world, nothing fitted")
+    arguments.add_argument("--leave-one-out", action="store_true", help="calibrate again without each run; see how the findings move")
     arguments.add_argument("--json", action="store_true", help="print JSON instead of text")
     return arguments
 
@@ -62,6 +63,7 @@ def _calibrate(arguments: argparse.Namespace) -> None:
         from swarm_envs.calibration.findings import calibrate
         from swarm_envs.calibration.progress import Progress
         from swarm_envs.calibration.report import write_folder
+        from swarm_envs.calibration.stability import leave_one_out
     except ImportError as error:
         raise LogError(f"{error}; install swarm-envs[calibration]") from None
     log = read_log(*arguments.log, topics=arguments.topics)
@@ -69,8 +71,9 @@ def _calibrate(arguments: argparse.Namespace) -> None:
         for note in log.notes:
             progress(note)
         findings = calibrate(log, arguments.world, progress)
+        stability = leave_one_out(log, findings.spec, findings.causes, progress) if arguments.leave_one_out else None
         progress("writing the report")
-        write_folder(findings, arguments.out)
+        write_folder(findings, arguments.out, stability)
     if arguments.json:
         print(findings.to_json(), end="")
         return
@@ -83,6 +86,9 @@ def _calibrate(arguments: argparse.Namespace) -> None:
     for gain in findings.gain:
         after = "" if gain.horizon_s is None else f" after {gain.horizon_s:g} s"
         print(f"{gain.metric}{after}: {gain.before:.4g} -> {gain.after:.4g} {gain.unit}, held out")
+    if stability is not None:
+        for effect, times in stability.named.items():
+            print(f"{effect}: named {times} times of {stability.runs} with a run left out")
     print(f"written: {arguments.out}/findings.json, {arguments.out}/extended.yaml, {arguments.out}/report.html")
 
 

@@ -17,6 +17,7 @@ from swarm_envs.calibration.gain import Gain
 from swarm_envs.calibration.identification import Cause
 from swarm_envs.calibration.log import FloatArray
 from swarm_envs.calibration.replays import STEP, Replay, replays
+from swarm_envs.calibration.stability import Stability
 from swarm_envs.worlds.dump import world_to_text
 
 EXPERIMENTS = {
@@ -29,15 +30,17 @@ EXPERIMENTS = {
 VARY = "repeat the drives with speeds, turns, pauses and starts varied independently of each other"
 
 
-def write_folder(findings: Findings, folder: Path) -> None:
-    """Write ``findings.json``, ``extended.yaml`` and ``report.html`` to a folder, made if absent."""
+def write_folder(findings: Findings, folder: Path, stability: Stability | None = None) -> None:
+    """Write ``findings.json``, ``extended.yaml``, ``report.html`` and, if given, ``stability.json`` to a folder, made if absent."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "findings.json").write_text(findings.to_json(), encoding="utf-8")
     (folder / "extended.yaml").write_text(world_to_text(findings.extended), encoding="utf-8")
-    (folder / "report.html").write_text(page(findings), encoding="utf-8")
+    (folder / "report.html").write_text(page(findings, stability), encoding="utf-8")
+    if stability is not None:
+        (folder / "stability.json").write_text(json.dumps(stability.to_document(), indent=2) + "\n", encoding="utf-8")
 
 
-def page(findings: Findings) -> str:
+def page(findings: Findings, stability: Stability | None = None) -> str:
     """Return the report."""
     title = f"What {findings.spec.name} gets wrong about {findings.log.name}"
     style, script = (resources.files("swarm_envs.calibration").joinpath(f"report.{kind}").read_text("utf-8") for kind in ("css", "js"))
@@ -45,7 +48,7 @@ def page(findings: Findings) -> str:
         '<!doctype html><html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         f"<title>{_text(title)}</title><style>{style}</style></head><body><main><h1>{_text(title)}</h1>"
-        f"{_summary(findings)}{_wrong(findings)}{_because(findings)}{_now(findings)}{_replays(findings)}{_data(findings)}"
+        f"{_summary(findings)}{_wrong(findings)}{_because(findings)}{_stable(stability)}{_now(findings)}{_replays(findings)}{_data(findings)}"
         f"</main><script>{script}</script></body></html>\n"
     )
 
@@ -127,8 +130,7 @@ def _because(findings: Findings) -> str:
 
 def _cause(cause: Cause) -> tuple[str, ...]:
     numbers = "; ".join(
-        f"{name} = {v.estimate:.4g} [{v.ci95[0]:.4g}, {v.ci95[1]:.4g}]{'' if v.unit == '1' else ' ' + v.unit}"
-        for name, v in cause.parameters.items()
+        f"{name} = {_estimate(v.estimate, v.unit)} [{v.ci95[0]:.4g}, {v.ci95[1]:.4g}]" for name, v in cause.parameters.items()
     )
     gain = "fitted first" if np.isnan(cause.heldout_gain) else f"{cause.heldout_gain:.0f} nats"
     return cause.effect, cause.explanation, numbers, gain, _p(cause.p_value)
@@ -136,6 +138,28 @@ def _cause(cause: Cause) -> tuple[str, ...]:
 
 def _separating(group: Sequence[str]) -> str:
     return next((text for pair, text in EXPERIMENTS.items() if pair <= set(group)), VARY)
+
+
+def _stable(stability: Stability | None) -> str:
+    if stability is None:
+        return ""
+    counts = [
+        (name, f"{times} of {stability.runs}", "yes" if name in stability.from_all else "no") for name, times in stability.named.items()
+    ]
+    moved = [
+        (f"{m.effect}, {m.parameter}", _estimate(m.estimate, m.unit), f"{_estimate(m.least, m.unit)} to {_estimate(m.most, m.unit)}",
+         f"{_estimate(m.ci95[0], m.unit)} to {_estimate(m.ci95[1], m.unit)}")
+        for m in stability.moved
+    ]  # fmt: skip
+    return (
+        f"<h3>With runs left out one at a time</h3><p>{'The same effects are named each time.' if stability.stable else ''}</p>"
+        + _table(("effect", "named", "named from all runs"), counts)
+        + _table(("parameter", "all runs", "without one", "95 % interval"), moved)
+    )
+
+
+def _estimate(value: float, unit: str) -> str:
+    return f"{value:.4g}" if unit == "1" else f"{value:.4g} {unit}"
 
 
 def _now(findings: Findings) -> str:

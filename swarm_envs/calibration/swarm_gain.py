@@ -73,7 +73,12 @@ class SwarmRun:
 
 
 def swarm_gain(
-    log: Log, data: Measured, after: Sequence[Model], world: WorldSpec, extended: WorldSpec, progress: Callable[[str], None] = print
+    log: Log,
+    data: Measured,
+    after: Sequence[Model],
+    world: WorldSpec,
+    extended: WorldSpec,
+    progress: Callable[[str], None] = lambda text: None,
 ) -> list[Gain]:
     """Return the gain per metric of whole-swarm runs; nothing where a log has none.
 
