@@ -13,7 +13,7 @@ from swarm_envs.calibration.log import COLUMNS, Log, Rows, as_log, clean, comman
 from swarm_envs.calibration.topics import TF_TYPES, Source, TopicMap, guess_topics, read_topic_map
 
 SUFFIXES = (".bag", ".mcap", ".db3")
-LOOK = 2000
+LOOK = 500
 """Messages of a tf topic in which frames are looked for when topics are guessed."""
 
 

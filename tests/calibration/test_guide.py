@@ -4,49 +4,18 @@ from __future__ import annotations
 
 import json
 import re
-import shlex
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from swarm_envs.calibration import read_log
-from swarm_envs.calibration.command import main
+from tests.calibration.guide import GUIDE, SNIPPETS, bash, python, snippet
 
-GUIDE = (Path(__file__).parents[2] / "docs" / "calibration.md").read_text(encoding="utf-8")
-SNIPPETS = re.findall(r"```(python|bash|yaml)\n(.*?)```", GUIDE, flags=re.DOTALL)
 SCHEMA = dict(re.findall(r"^\| `([a-z_.*\[\]0-9]+)` \| ([a-z ]+) \| ", GUIDE.partition("## findings.json")[2], flags=re.MULTILINE))
 TYPES: dict[str, tuple[type, ...]] = {
     "text": (str,), "number": (int, float), "number or null": (int, float, type(None)), "mapping or null": (dict, type(None)),
 }  # fmt: skip
-
-
-def snippet(kind: str, number: int) -> str:
-    return [text for name, text in SNIPPETS if name == kind][number]
-
-
-def python(number: int) -> dict[str, Any]:
-    names: dict[str, Any] = {}
-    exec(compile(snippet("python", number), f"snippet {number}", "exec"), names)
-    return names
-
-
-def bash(number: int) -> None:
-    for line in snippet("bash", number).splitlines():
-        command, *arguments = shlex.split(line)
-        assert command == "swarm-calibrate"
-        assert main(arguments) == 0
-
-
-@pytest.fixture(scope="module")
-def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder in which the log of the first snippet was calibrated."""
-    folder = tmp_path_factory.mktemp("guide")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(folder)
-        python(0)
-        bash(0)
-    return folder
 
 
 def test_the_guide_has_every_snippet() -> None:
