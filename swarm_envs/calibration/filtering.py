@@ -339,7 +339,7 @@ def _update(
     spread[h, 0, 2] = spread[h, 2, 0] = p02 - (g00 * p02 + g01 * p12 + g02 * p22)
     spread[h, 1, 2] = spread[h, 2, 1] = p12 - (g10 * p02 + g11 * p12 + g12 * p22)
     squared = nu0 * w0 + nu1 * w1 + nu2 * w2
-    return -0.5 * (squared + math.log(max(determinant, 1e-300)) + 3.0 * math.log(2.0 * math.pi))
+    return float(-0.5 * (squared + math.log(max(determinant, 1e-300)) + 3.0 * math.log(2.0 * math.pi)))
 
 
 @compiled(_nrt=False)

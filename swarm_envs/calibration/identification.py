@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 from scipy.optimize import minimize_scalar
 from scipy.stats import chi2
+from scipy.stats import f as f_distribution
 
 from swarm_envs.calibration.candidates import BY_NAME, DRIVE_CANDIDATES, Candidate, Parameter, rim_speeds, thresholds
 from swarm_envs.calibration.drive import ANGULAR_GAIN, LINEAR_GAIN, drive_parameters, free_run
@@ -124,8 +125,9 @@ class Search:
         self.named: list[str] = []
         self.records: dict[str, tuple[float, float]] = {}
         self.groups: list[tuple[str, ...]] = []
+        self.levels: dict[str, float] = {}
         first = ["linear_gain"] * bool(np.isfinite(rough[0])) + ["angular_gain"] * bool(np.isfinite(rough[1]))
-        noise = rough_noise(self.data)
+        noise = self.rough = rough_noise(self.data)
         # the tracker's noise shows where nothing moves; left alone it may vanish into that of the motion
         floors = np.log(0.5 * noise[:ALONG])
         self.noise = tuple(dataclasses.replace(entry, low=floors[k]) if k < ALONG else entry for k, entry in enumerate(NOISE_FREE))
@@ -200,7 +202,9 @@ class Search:
     def polish(self, candidate: Candidate, model: Model) -> Fit:
         """Fit a candidate together with the named effects and the noise."""
         names = [*self.named, candidate.name]
-        return self.climb(model, names, self.data)
+        # noise that explains the log without the candidate may leave it no slope: a second climb begins with the first guess of it
+        fits = [self.climb(start, names, self.data) for start in (model, dataclasses.replace(model, noise=self.rough))]
+        return max(fits, key=lambda fitted: fitted.log_likelihood)
 
     def climb(self, model: Model, names: list[str], data: Measured, iterations: int = 12) -> Fit:
         """Fit some effects and the noise."""
@@ -298,15 +302,17 @@ class Search:
 
     def drop_idle(self) -> None:
         """Take out an effect that a later one has made unnecessary."""
-        for name in list(self.named[:-1]):
+        for name in list(self.named):
             if name == "robot_spread" or (self.gains_first and name in ("linear_gain", "angular_gain")):
                 continue
             candidate = BY_NAME[name]
             neutral = [float(self.base[p.index]) for p in candidate.parameters]
             others = [other for other in self.named if other != name]
+            idle = all(abs(self.fit.model.parameters[p.index] - self.base[p.index]) < p.smallest for p in candidate.parameters)
+            if name == self.named[-1] and not idle:
+                continue
             without = self.climb(self.fit.model.with_values(candidate.parameters, neutral), others, self.data)
             lost = self.fit.log_likelihood - without.log_likelihood
-            idle = all(abs(self.fit.model.parameters[p.index] - self.base[p.index]) < p.smallest for p in candidate.parameters)
             if idle or chi2.sf(2 * max(lost, 0.0), len(candidate.parameters)) * len(DRIVE_CANDIDATES) > SIGNIFICANT:
                 self.progress(f"{name} is no longer needed")
                 self.named, self.fit = others, without
@@ -315,6 +321,8 @@ class Search:
 
     def result(self, rejected: tuple[tuple[str, float], ...]) -> Identified:
         """Say what was found."""
+        if "robot_spread" in self.named:
+            self.level_gains()
         twins = [(name, *BY_NAME[name].twins) for name in self.named if name in BY_NAME and BY_NAME[name].twins]
         groups = [*self.groups, *twins]
         causes = tuple(self.cause(name) for name in self.named)
@@ -342,16 +350,20 @@ class Search:
 
     def estimates(self, candidate: Candidate) -> dict[str, Estimate]:
         """Return an effect's numbers with their intervals, the wider of what the model and what the residuals say."""
-        covariance, robust = self.fit.covariance, self.fit.robust_covariance(self.data)
+        covariance, robust = self.fit.covariance, self.fit.robust_variance(self.data)
         found = {}
         for parameter in candidate.parameters:
             value = float(self.fit.model.parameters[parameter.index])
             place = next((k for k, entry in enumerate(self.fit.fitted) if entry.index == parameter.index), None)
-            if place is None:
+            if candidate.name in self.levels:
+                # robots differ: a few of them leave open what a fleet of them would do on average
+                half = self.levels[candidate.name] * value
+                found[parameter.name] = Estimate(value, (value - half, value + half), parameter.unit)
+            elif place is None:
                 found[parameter.name] = Estimate(value, self.profile(candidate, parameter, value), parameter.unit)
             else:
                 blur = (0.05 * parameter.smallest) ** 2
-                half = 1.96 * float(np.sqrt(max(covariance[place, place], robust[place, place]) + blur))
+                half = 1.96 * float(np.sqrt(max(covariance[place, place], robust[place]) + blur))
                 found[parameter.name] = Estimate(
                     value, (max(parameter.low, value - half), min(parameter.high, value + half)), parameter.unit
                 )
@@ -370,13 +382,41 @@ class Search:
             return float(speeds[speeds < min(inside)].max(initial=0.0)), float(speeds[speeds > max(inside)].min(initial=parameter.high))
         return edge(drop, value, parameter.low), edge(drop, value, parameter.high)
 
+    def level_gains(self) -> None:
+        """Take out of the robots' own factors what all have in common, and name it where chance would not give robots such a mean."""
+        factors = self.fit.model.gains - 1.0
+        count = len(factors)
+        for column, name in enumerate(("linear_gain", "angular_gain")):
+            about = [float(np.sum((factors[:, k] - factors[:, k].mean()) ** 2)) for k in range(2)]
+            other = about[1 - column] if self.level_named(1 - column) else float(np.sum(factors[:, 1 - column] ** 2))
+            left = about[column] + other
+            ratio = count * float(factors[:, column].mean()) ** 2 / max(left / (2 * count - 1), 1e-12)
+            p = min(1.0, 2.0 * float(f_distribution.sf(ratio, 1, 2 * count - 1)))
+            if name in self.named or (p < SIGNIFICANT and abs(factors[:, column].mean()) > BY_NAME[name].parameters[0].smallest):
+                if name not in self.named:
+                    self.named.append(name)
+                    self.records[name] = (0.5 * (2 * count) * float(np.log1p(ratio / (2 * count - 1))), p)
+                level = float(self.fit.model.gains[:, column].mean())
+                parameters, gains = self.fit.model.parameters.copy(), self.fit.model.gains.copy()
+                parameters[BY_NAME[name].parameters[0].index] *= level
+                gains[:, column] /= level
+                self.fit = dataclasses.replace(self.fit, model=dataclasses.replace(self.fit.model, parameters=parameters, gains=gains))
+                self.levels[name] = 1.96 * float(np.sqrt(left / (2 * count - 1) / count)) / level
+
+    def level_named(self, column: int) -> bool:
+        """Whether a gain that all robots have in common is named."""
+        return ("linear_gain", "angular_gain")[column] in self.named
+
     def spread_estimates(self) -> dict[str, Estimate]:
         """Return how much robots differ, and each one's factors."""
         robots = len(self.data.robots)
         entries = [k for k, entry in enumerate(self.fit.fitted) if entry in free_gains(robots)]
         covariance = inverse(self.fit.fisher)[np.ix_(entries, entries)]
         spread = factors_spread(self.fit.model.gains.ravel(), covariance)
-        found = {"sd": Estimate(spread.sd, spread.ci95, "1")}
+        freedom = 2 * robots - len(self.levels)
+        exact = spread.sd * np.sqrt(2 * robots / chi2.ppf((0.975, 0.025), freedom))
+        interval = (min(spread.ci95[0], float(exact[0])), max(spread.ci95[1], float(exact[1])))
+        found = {"sd": Estimate(spread.sd * float(np.sqrt(2 * robots / freedom)), interval, "1")}
         for k, robot in enumerate(self.data.robots):
             for j, name in enumerate(("linear", "angular")):
                 value, half = float(self.fit.model.gains[k, j]), 1.96 * float(np.sqrt(covariance[2 * k + j, 2 * k + j]))
