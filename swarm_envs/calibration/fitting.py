@@ -160,7 +160,7 @@ def fit(model: Model, what: Sequence[Free], data: Measured, iterations: int = 15
     here = Model.of(vector).filtered(data)
     best = here.total
     score, fisher = _slopes(vector, what, here, data)
-    for _ in range(iterations):
+    for _ in range(iterations if what else 0):
         gradient = score.sum(axis=0)
         scale = np.maximum(np.diag(fisher), 1e-12)
         improved = 0.0

@@ -206,9 +206,9 @@ class Search:
         fits = [self.climb(start, names, self.data) for start in (model, dataclasses.replace(model, noise=self.rough))]
         return max(fits, key=lambda fitted: fitted.log_likelihood)
 
-    def climb(self, model: Model, names: list[str], data: Measured, iterations: int = 12) -> Fit:
-        """Fit some effects and the noise."""
-        what = self.what(names)
+    def climb(self, model: Model, names: list[str], data: Measured, iterations: int = 12, *, noise: bool = True) -> Fit:
+        """Fit some effects and, unless it is left as it is, the noise."""
+        what = [entry for entry in self.what(names) if noise or entry not in self.noise]
         for _ in range(2 if "deadband" in names or "command_loss" in names else 1):
             fitted = fit(model, what, data, iterations)
             model = fitted.model
@@ -287,7 +287,10 @@ class Search:
         )
 
     def heldout(self, trial: Trial, folds: int = 4) -> float:
-        """Return what a candidate gains on poses that were not fitted, in nats."""
+        """Return what a candidate gains on poses that were not fitted, in nats.
+
+        The noise stays that of all runs: fitted without the one run that has wild poses, it would make them count for everything.
+        """
         groups = len(self.data.runs)
         if groups < 2:
             return trial.gain
@@ -295,8 +298,8 @@ class Search:
         for fold in range(min(folds, groups)):
             out = [g for g in range(groups) if g % min(folds, groups) == fold]
             train, test = self.data.of_runs([g for g in range(groups) if g not in out]), self.data.of_runs(out)
-            before = self.climb(self.fit.model, self.named, train, 3).model
-            after = self.climb(trial.model, [*self.named, trial.name], train, 3).model
+            before = self.climb(self.fit.model, self.named, train, 3, noise=False).model
+            after = self.climb(trial.model, [*self.named, trial.name], train, 3, noise=False).model
             total += after.filtered(test).total - before.filtered(test).total
         return total
 
