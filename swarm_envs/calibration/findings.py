@@ -17,6 +17,7 @@ from swarm_envs.calibration.log import Log, read_log
 from swarm_envs.calibration.pushing import identify_contact
 from swarm_envs.calibration.sensing import identify_sensor
 from swarm_envs.calibration.swarm_gain import swarm_gain
+from swarm_envs.calibration.unlisted import Unlisted, find_unlisted
 from swarm_envs.worlds import WorldSpec, load_world
 
 LARGEST = 3
@@ -41,6 +42,8 @@ class Findings:
     """Effects that were tried and not named, with their p-values."""
     unexplained: Discrepancy | None
     """The largest dependence that is left with all named effects, if any is certain."""
+    unlisted: Unlisted | None
+    """That dependence as smooth functions, where correcting it predicts held-out runs better."""
     gain: tuple[Gain, ...]
     """Before and after, on held-out runs."""
     extended: WorldSpec
@@ -74,6 +77,7 @@ class Findings:
             "indistinguishable": [list(group) for group in self.indistinguishable],
             "rejected": [{"effect": name, "p_value": p} for name, p in self.rejected],
             "unexplained": unexplained,
+            "unlisted": None if self.unlisted is None else self.unlisted.to_document(),
             "gain": [asdict(entry) for entry in self.gain],
             "extended_world": "extended.yaml",
         }
@@ -95,6 +99,8 @@ def calibrate(log: str | Path | Log, world: str | Path | WorldSpec, progress: Ca
     spec = load_world(world)
     log = read_log(log) if isinstance(log, str | Path) else log
     found = identify(log, spec, progress)
+    rest = find_unlisted(log, found)
+    found = found if rest is None else rest.remaining(found)
     seen = identify_sensor(log, spec, found, progress)
     touched = identify_contact(log, spec, found.causes, progress)
     causes = (*found.causes, *seen.causes, *touched.causes)
@@ -109,8 +115,8 @@ def calibrate(log: str | Path | Log, world: str | Path | WorldSpec, progress: Ca
     return Findings(
         spec=spec, log=log, discrepancies=tuple(_largest(wrong)), causes=causes,
         indistinguishable=(*found.indistinguishable, *seen.indistinguishable, *touched.indistinguishable),
-        rejected=(*found.rejected, *seen.rejected, *touched.rejected), unexplained=left[0] if left else None,
-        gain=tuple(gain),
+        rejected=(*found.rejected, *seen.rejected, *touched.rejected), unlisted=rest,
+        unexplained=rest.discrepancy if rest is not None else left[0] if left else None, gain=tuple(gain),
         extended=extended, identified=found, notes=tuple(notes),
     )  # fmt: skip
 

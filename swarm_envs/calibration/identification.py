@@ -126,6 +126,7 @@ class Search:
         self.records: dict[str, tuple[float, float]] = {}
         self.groups: list[tuple[str, ...]] = []
         self.levels: dict[str, float] = {}
+        self.parts: tuple[Model, ...] = ()
         first = ["linear_gain"] * bool(np.isfinite(rough[0])) + ["angular_gain"] * bool(np.isfinite(rough[1]))
         noise = self.rough = rough_noise(self.data)
         # the tracker's noise shows where nothing moves; left alone it may vanish into that of the motion
@@ -170,7 +171,7 @@ class Search:
         trials = []
         for rank, (gain, candidate, model) in enumerate(scanned):
             if rank < SHORTLIST and gain > 2.0:
-                fitted = self.polish(candidate, model)
+                fitted = self.polish(candidate, model, again=rank < 2 and gain > 50.0)
                 model, gain = fitted.model, fitted.log_likelihood - self.fit.log_likelihood
             trials.append(Trial(candidate.name, model, gain, len(candidate.parameters)))
         if len(self.data.robots) > 1 and "robot_spread" not in self.named:
@@ -199,11 +200,12 @@ class Search:
         fitted = fit(best, free(candidate.parameters), self.data, 6)
         return fitted.model, fitted.log_likelihood
 
-    def polish(self, candidate: Candidate, model: Model) -> Fit:
+    def polish(self, candidate: Candidate, model: Model, *, again: bool) -> Fit:
         """Fit a candidate together with the named effects and the noise."""
         names = [*self.named, candidate.name]
         # noise that explains the log without the candidate may leave it no slope: a second climb begins with the first guess of it
-        fits = [self.climb(start, names, self.data) for start in (model, dataclasses.replace(model, noise=self.rough))]
+        starts = (model, dataclasses.replace(model, noise=self.rough)) if again else (model,)
+        fits = [self.climb(start, names, self.data) for start in starts]
         return max(fits, key=lambda fitted: fitted.log_likelihood)
 
     def climb(self, model: Model, names: list[str], data: Measured, iterations: int = 12, *, noise: bool = True) -> Fit:
@@ -328,10 +330,12 @@ class Search:
             self.level_gains()
         twins = [(name, *BY_NAME[name].twins) for name in self.named if name in BY_NAME and BY_NAME[name].twins]
         groups = [*self.groups, *twins]
+        self.parts = self.leave_out() if self.named else ()
         causes = tuple(self.cause(name) for name in self.named)
         return Identified(
-            causes, self.fit.model, self.data.robots, tuple(groups), rejected, self.gains_first, self.data, self.start, self.leave_out
-        )
+            causes, self.fit.model, self.data.robots, tuple(groups), rejected, self.gains_first, self.data, self.start,
+            lambda: self.parts or self.leave_out(),
+        )  # fmt: skip
 
     def leave_out(self) -> tuple[Model, ...]:
         """Return for each group the model with the named effects, fitted without the group's fold."""
@@ -366,11 +370,19 @@ class Search:
                 found[parameter.name] = Estimate(value, self.profile(candidate, parameter, value), parameter.unit)
             else:
                 blur = (0.05 * parameter.smallest) ** 2
-                half = 1.96 * float(np.sqrt(max(covariance[place, place], robust[place]) + blur))
+                half = 1.96 * float(np.sqrt(max(covariance[place, place], robust[place], self.jackknife(parameter)) + blur))
                 found[parameter.name] = Estimate(
                     value, (max(parameter.low, value - half), min(parameter.high, value + half)), parameter.unit
                 )
         return found
+
+    def jackknife(self, parameter: Parameter) -> float:
+        """Return the variance of an estimate by how it moves when parts of the runs are left out."""
+        models = {id(model): model for model in self.parts}
+        if len(models) < 3:
+            return 0.0
+        moved = np.array([model.parameters[parameter.index] for model in models.values()])
+        return float((len(moved) - 1) * np.var(moved))
 
     def profile(self, candidate: Candidate, parameter: Parameter, value: float) -> tuple[float, float]:
         """Return the values whose likelihood is within 1.92 of the best, the rest as fitted."""

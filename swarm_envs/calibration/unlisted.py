@@ -192,6 +192,17 @@ class Unlisted:
         """Return the corrections (W, 3) of forward speed and lateral slip in m/s and of turn rate in rad/s."""
         return _corrections(self.terms, at, None)
 
+    def remaining(self, identified: Identified) -> Identified:
+        """Return what was identified without the effects that the corrections make needless."""
+
+        def leave_out() -> tuple[Model, ...]:
+            # models of one fold stay one
+            plain = {id(model): _without(model, self.instead_of, identified.start) for model in identified.without}
+            return tuple(plain[id(model)] for model in identified.without)
+
+        causes = tuple(cause for cause in identified.causes if cause.effect not in self.instead_of)
+        return dataclasses.replace(identified, causes=causes, model=self.model, leave_out=leave_out)
+
     def to_document(self) -> dict[str, Any]:
         """Return what ``findings.json`` holds: each correction as a table, and the held-out errors."""
         return {
