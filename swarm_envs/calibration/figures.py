@@ -22,10 +22,7 @@ BINS = 8
 """Groups of equally many windows along a variable."""
 PANELS = 6
 """Discrepancies shown at most."""
-UNITS = {
-    "commanded speed": "m/s or driver's", "commanded turn rate": "rad/s or driver's", "time since a start": "s", "time in the run": "s",
-    "heading": "rad",
-}  # fmt: skip
+UNITS = {"time since a start": "s", "time in the run": "s", "heading": "rad"}
 """Units of the circumstances in which a channel may err."""
 RC: Any = {
     "svg.fonttype": "none", "font.family": "sans-serif", "font.size": 11, "text.color": INK, "axes.edgecolor": INK, "axes.labelcolor": INK,
@@ -128,9 +125,12 @@ def horizon_figure(gains: Sequence[Gain]) -> str:
             axis.plot(horizons, now, "s-", color=AFTER, label="after")
             floors = np.array([np.nan if gain.noise_floor is None else gain.noise_floor for gain in part], float)
             axis.plot(horizons, floors, ":", color=INK, label="tracker's noise")
+            reference = np.array([np.nan if gain.reference is None else gain.reference for gain in part], float)
+            if np.isfinite(reference).any():
+                axis.plot(horizons, reference, "x--", color=INK, lw=0.8, label="reference without mechanics")
             lowest = np.nanmin(np.concatenate([was, now, floors]))
             axis.set(yscale="log", ylim=(0.5 * lowest, None), xlabel="horizon / s", ylabel=f"{part[0].metric} error, rms / {part[0].unit}")
             axis.set_xticks(horizons)
-        figure.legend(*axis.get_legend_handles_labels(), loc="outside upper left", ncols=3)
+        figure.legend(*axis.get_legend_handles_labels(), loc="outside upper left", ncols=4)
     text = "; ".join(f"{g.metric} after {g.horizon_s:g} s from {g.before:.3g} to {g.after:.3g} {g.unit}" for part in parts for g in part)
     return svg(figure, f"Error by horizon on held-out runs, before and after: {text}")

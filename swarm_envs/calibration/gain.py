@@ -11,6 +11,7 @@ from swarm_envs.calibration.filtering import HEADING, PLACE, Measured
 from swarm_envs.calibration.fitting import Model
 from swarm_envs.calibration.log import BoolArray, FloatArray, Log, Track
 from swarm_envs.calibration.prediction import HORIZONS, WindowErrors, predictor, rms, tracked
+from swarm_envs.calibration.reference import reference_errors
 from swarm_envs.worlds import WorldSpec
 
 RESAMPLES = 1000
@@ -34,6 +35,8 @@ class Gain:
     """Of ``before - after``, by resampling runs; those with turns among themselves, and those without."""
     noise_floor: float | None
     """What the tracker's noise, or chance, alone would give; None where that is not known."""
+    reference: float | None = None
+    """What a flexible regression gives that knows no mechanics (:mod:`swarm_envs.calibration.reference`), on the same held-out runs."""
 
 
 def heldout_gain(log: Log, data: Measured, before: FloatArray, after: Sequence[Model], world: WorldSpec, extended: WorldSpec) -> list[Gain]:
@@ -57,6 +60,7 @@ def heldout_gain(log: Log, data: Measured, before: FloatArray, after: Sequence[M
         for key, model in folds.items()
     }
     turning = _turning(data)
+    references = _references(log, data)
     for horizon in HORIZONS:
         pairs: list[tuple[WindowErrors, WindowErrors]] = []
         distance: list[FloatArray] = []
@@ -80,8 +84,18 @@ def heldout_gain(log: Log, data: Measured, before: FloatArray, after: Sequence[M
             squares = _squares_by_group([(getattr(old, metric), getattr(new, metric)) for old, new in pairs], groups)
             strata = turning[sorted(set(groups))]
             first, then = np.sqrt(squares[:, :2].sum(axis=0) / squares[:, 2].sum())
-            gains.append(Gain(metric, horizon, unit, float(first), float(then), bootstrap(squares, strata), floors[metric]))
+            interval, reference = bootstrap(squares, strata), references.get(horizon, {}).get(metric)
+            gains.append(Gain(metric, horizon, unit, float(first), float(then), interval, floors[metric], reference))
     return gains
+
+
+def _references(log: Log, data: Measured) -> dict[float, dict[str, float]]:
+    """Return the reference's errors by horizon and metric, computed on one thread: over small trees threads wait more than they work."""
+    from sklearn import ensemble  # noqa: F401  # a limit holds for libraries that are loaded
+    from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
+
+    with threadpool_limits(1, "openmp"):
+        return reference_errors(log, data)
 
 
 def run_of(group: str) -> str:

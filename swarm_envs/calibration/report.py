@@ -168,27 +168,28 @@ def _now(findings: Findings) -> str:
     picture = horizon_figure(windows)
     figure = (
         f'<figure><div class="scroll">{picture}</div><figcaption>Error at the end of free-running windows on runs that the model was not '
-        "fitted to. Intervals in the table: runs with turns and runs without, resampled among themselves.</figcaption></figure>"
+        "fitted to. Intervals in the table: runs with turns and runs without, resampled among themselves. "
+        "The reference is a regression that knows no mechanics.</figcaption></figure>"
         if picture
         else ""
     )
-    head = ("metric", "before", "after", "gain, 95 % interval", "noise floor")
+    head = ("metric", "before", "after", "gain, 95 % interval", "noise floor", "reference")
     text = f"<h2>Now predicted so</h2>{figure}" + _table(head, [_gain(gain) for gain in windows])
     if swarm:
         text += (
             "<h3>Whole swarms</h3><p>Errors over whole runs of all robots together: the commands replayed from the first poses, and "
             "(closed loop) the controllers run on simulated readings. For labels and detections: the share that differs.</p>"
-            + _table(head, [_gain(gain) for gain in swarm])
+            + _table(head[:-1], [_gain(gain)[:-1] for gain in swarm])
         )
     return text
 
 
 def _gain(gain: Gain) -> tuple[str, ...]:
     when = "" if gain.horizon_s is None else f" after {gain.horizon_s:g} s"
-    floor = "" if gain.noise_floor is None else _quantity(gain.noise_floor, gain.unit)
+    floor, reference = ("" if value is None else _quantity(value, gain.unit) for value in (gain.noise_floor, gain.reference))
     name = gain.metric.replace("closed_loop.", "closed loop, ").replace("_", " ")
     interval = f"{_quantity(gain.ci95[0], gain.unit)} to {_quantity(gain.ci95[1], gain.unit)}"
-    return name + when, _quantity(gain.before, gain.unit), _quantity(gain.after, gain.unit), interval, floor
+    return name + when, _quantity(gain.before, gain.unit), _quantity(gain.after, gain.unit), interval, floor, reference
 
 
 def _replays(findings: Findings) -> str:
