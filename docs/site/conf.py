@@ -27,8 +27,15 @@ autodoc_typehints = "description"
 autodoc_typehints_format = "short"
 napoleon_google_docstring = True
 python_display_short_literal_types = True
-pygments_style = "friendly"
-pygments_dark_style = "monokai"
+
+REACHABLE = [
+    (r'<p class="caption" role="heading">', '<p class="caption" role="heading" aria-level="2">'),
+    (r'<aside class="sidebar-drawer">', '<aside class="sidebar-drawer" aria-label="Site">'),
+    (r'<aside class="toc-drawer([^"]*)">', r'<aside class="toc-drawer\1" aria-label="On this page">'),
+    (r"<pre>", '<pre tabindex="0">'),
+    (r'<div class="table-wrapper', '<div tabindex="0" class="table-wrapper'),
+]
+"""What the theme's pages lack for who cannot see or point: names, a level, and keys for what scrolls sideways."""
 
 
 INCLUDED = re.compile(r"```\{include\} (\S+)\n```")
@@ -67,7 +74,17 @@ def keep_signs(app: Any, what: str, name: str, obj: Any, options: Any, lines: li
     lines[:] = [re.sub(r"(?<=\S )\*(?=[ =])", r"\\*", line.replace("|", "\\|")) for line in lines]
 
 
+def make_reachable(app: Any, error: Exception | None) -> None:
+    """Mend the written pages by :data:`REACHABLE`."""
+    for page in Path(app.outdir).rglob("*.html") if error is None else []:
+        text = page.read_text(encoding="utf-8")
+        for theirs, ours in REACHABLE:
+            text = re.sub(theirs, ours, text)
+        page.write_text(text, encoding="utf-8")
+
+
 def setup(app: Any) -> None:
     """Connect what this file adds to Sphinx."""
     app.connect("source-read", show_file)
+    app.connect("build-finished", make_reachable)
     app.connect("autodoc-process-docstring", keep_signs, priority=400)

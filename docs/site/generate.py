@@ -119,7 +119,7 @@ def environment_page(name: str, task: str | None) -> str:
         ("Many swarms", f'`gym.make_vec("{name}", num_envs=256, vectorization_mode="vector_entry_point")`'),
     ]
     env.close()
-    table = "| | |\n|---|---|\n" + "\n".join(f"| {key} | {value} |" for key, value in spaces)
+    table = "| what | value |\n|---|---|\n" + "\n".join(f"| {key} | {value} |" for key, value in spaces)
     parts = [f"# {name}", head, table, "## Behaviours", clip_gallery(clips_of(task))]
     parts += [f"## {title}\n{text}" for title, text in body.items()]
     made = "```{code-block} python\nimport gymnasium as gym\nimport swarm_envs\n\nenv = gym.make("
@@ -257,7 +257,7 @@ def playground_data() -> str:
 
 def medoid_table(data: dict[str, Any]) -> str:
     """Return the atlas's medoids as a table, for who cannot use the map."""
-    rows = ["| | behaviour | share | nobody in view | a robot in view | other engine | |", "|---|---|---|---|---|---|---|"]
+    rows = ["| no. | behaviour | share | nobody in view | a robot in view | other engine | play |", "|---|---|---|---|---|---|---|"]
     world, genes, labels = data["run"]["world"], atlas.controllers(data), atlas.labels(data)
     for number, medoid in enumerate(data["medoids"], 1):
         row, (seed, index) = medoid["row"], atlas.start_of(data, medoid["row"])

@@ -19,6 +19,7 @@ STEPS = 600
 @pytest.fixture
 def page(browser: Any, address: str) -> Any:
     browser.get("about:blank")
+    browser.get_log("browser")  # what other pages had to say
     browser.get(address + "index.html")
     return browser
 
