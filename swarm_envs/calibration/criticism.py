@@ -250,10 +250,17 @@ def criticise(found: Residuals) -> list[Discrepancy]:
 
 
 def _scores(errors: FloatArray, labels: FloatArray, block: IntArray, signs: FloatArray) -> FloatArray:
-    """Return the sum of squares (S + 1,) that groups explain: as it is, then with each row of random signs (S, B)."""
+    """Return the sum of squares (S + 1,) that groups explain: as it is, then what they explain by chance, with random signs (S, B).
+
+    Chance has the errors about their groups' means, widened by what the means took: a dependence shall not hide behind itself.
+    """
+    kinds = np.unique(labels[~np.isnan(labels)])
+    blocks = signs.shape[1]
+    wider = np.sqrt(blocks / max(1.0, blocks - len(kinds)))
     total = np.zeros(len(signs) + 1)
-    for label in np.unique(labels[~np.isnan(labels)]):
-        inside = labels == label
-        sums = np.bincount(block[inside], errors[inside], signs.shape[1])
-        total += np.append(sums.sum(), signs @ sums) ** 2 / inside.sum()
+    for kind in kinds:
+        inside = labels == kind
+        mean = float(errors[inside].mean())
+        sums = np.bincount(block[inside], errors[inside] - mean, blocks)
+        total += np.append(mean * inside.sum(), wider * (signs @ sums)) ** 2 / inside.sum()
     return total

@@ -98,7 +98,7 @@ class Measured:
         )  # fmt: skip
 
 
-def measured(log: Log, most: int = 8000, piece: float = 20.0) -> Measured:
+def measured(log: Log, most: int = 5000, piece: float = 20.0) -> Measured:
     """Lay a log's tracks end to end, thinned to about ``most`` poses.
 
     With fewer than five runs each run is cut into pieces of ``piece`` s, which are then what is held out.

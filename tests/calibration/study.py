@@ -28,6 +28,8 @@ from tests.calibration.tally import report, table
 
 INSEPARABLE = [{"dead_time", "clock_offset"}]
 """Pairs that are never hidden together: no drive could tell their sizes apart."""
+RESULTS = "<!-- results -->"
+"""Line of a page after which results stand."""
 KINDS = ("singles", "pairs", "nulls", "unlisted")
 
 
@@ -182,6 +184,15 @@ def run(tasks: Sequence[Task], out: Path, workers: int) -> list[Outcome]:
     return outcomes
 
 
+def write_page(page: Path, results: str) -> None:
+    """Put results into a page, in the place of those that it had."""
+    text = page.read_text(encoding="utf-8")
+    head, mark, _ = text.partition(RESULTS)
+    if not mark:
+        raise SystemExit(f"{page}: no line {RESULTS!r}, after which the results are to stand")
+    page.write_text(f"{head}{RESULTS}\n\n{results.partition(chr(10))[2].strip()}\n", encoding="utf-8")
+
+
 def _performed(tasks: Sequence[Task], workers: int) -> Iterable[Outcome]:
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(workers, mp_context=context, initializer=os.nice, initargs=(10,)) as pool:
@@ -195,6 +206,7 @@ def main(given: Sequence[str] | None = None) -> None:
     for kind, number in zip(KINDS, (100, 100, 100, 30), strict=True):
         parser.add_argument(f"--{kind}", type=int, default=number, help=f"number of draws (default {number})")
     parser.add_argument("--out", type=Path, required=True, help="folder of the results")
+    parser.add_argument("--page", type=Path, help="Markdown file in which the results are to stand, after a line <!-- results -->")
     parser.add_argument("--seed", type=int, default=0, help="first seed; another one draws other effects and logs")
     parser.add_argument("--workers", type=int, default=2, help="processes (default 2)")
     parser.add_argument("--procedures", nargs="+", choices=["drives", "swarm", "pushes"], default=["drives", "swarm", "pushes"])
@@ -209,6 +221,8 @@ def main(given: Sequence[str] | None = None) -> None:
     # a study that is cut short has some of each kind
     tasks.sort(key=lambda task: (task.index + 1) / getattr(arguments, task.kind))
     run(tasks, arguments.out, arguments.workers)
+    if arguments.page:
+        write_page(arguments.page, (arguments.out / "study.md").read_text())
     print((arguments.out / "study.md").read_text())
 
 
