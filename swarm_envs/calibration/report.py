@@ -27,6 +27,11 @@ EXPERIMENTS = {
     ),
 }
 """What would separate effects that these data cannot."""
+LOOKED_AT = (
+    Discrepancy("forward speed", "commanded speed", 0.0, "m/s", 1.0),
+    Discrepancy("turn rate", "commanded turn rate", 0.0, "rad/s", 1.0),
+)
+"""What is drawn where no dependence is certain by itself."""
 VARY = "repeat the drives with speeds, turns, pauses and starts varied independently of each other"
 
 
@@ -86,21 +91,21 @@ def _improvement(gain: Gain) -> str:
 
 def _wrong(findings: Findings) -> str:
     found = findings.identified
-    if not findings.discrepancies:
-        return "<h2>Wrong here</h2><p>No channel departs from the prediction by more than chance.</p>"
     before, after = (residuals(findings.log, model, found.robots) for model in (found.start, found.model))
     rows = [(entry.channel, _depends(entry), _quantity(entry.size, entry.unit), _p(entry.p_value)) for entry in findings.discrepancies]
-    picture = discrepancy_figure(before, after, findings.discrepancies)
+    picture = discrepancy_figure(before, after, findings.discrepancies or LOOKED_AT)
+    lead = (
+        "Where the measured motion departs from the predicted one, the largest first."
+        if rows
+        else "With these runs no dependence is certain by itself, whatever explains it; this is how forward speed and turn rate depart."
+    )
     figure = (
         f'<figure><div class="scroll">{picture}</div><figcaption>Measured minus predicted motion over windows of half a second: means of '
         "windows alike in one circumstance, with 95 % intervals. A right world lies on zero.</figcaption></figure>"
         if picture
         else ""
     )
-    return (
-        "<h2>Wrong here</h2><p>Where the measured motion departs from the predicted one, the largest first.</p>"
-        f"{figure}{_table(('channel', 'depends on', 'size, rms', 'p'), rows)}"
-    )
+    return f"<h2>Wrong here</h2><p>{lead}</p>{figure}{_table(('channel', 'depends on', 'size, rms', 'p'), rows)}"
 
 
 def _depends(entry: Discrepancy) -> str:
@@ -123,9 +128,24 @@ def _because(findings: Findings) -> str:
         else f"<p>Unexplained: the {_text(left.channel)} still depends on {_text(_depends(left))}, "
         f"{_quantity(left.size, left.unit)} rms, p {_p(left.p_value)}.</p>"
     )  # fmt: skip
+    rest += _unlisted(findings)
     tried = ", ".join(f"{name} (p {_p(p)})" for name, p in findings.rejected)
     rejected = f"<details><summary>Tried and not named</summary><p>{_text(tried)}</p></details>" if tried else ""
     return f"<h2>Because of this</h2>{table}{alike}{rest}{rejected}"
+
+
+def _unlisted(findings: Findings) -> str:
+    rest = findings.unlisted
+    if rest is None or not rest.heldout:
+        return ""
+    end = rest.heldout[-1]
+    place = f"from {_quantity(end.position_before, 'm')} to {_quantity(end.position_after, 'm')}"
+    heading = f"from {_quantity(end.heading_before, 'rad')} to {_quantity(end.heading_after, 'rad')}"
+    instead = f" It takes the place of {_text(', '.join(rest.instead_of))}." if rest.instead_of else ""
+    return (
+        "<p>As a smooth function of that (effect <code>unlisted</code> in findings.json) it takes the error after "
+        f"{end.horizon_s:g} s on held-out runs {place} and {heading}.{instead}</p>"
+    )
 
 
 def _cause(cause: Cause) -> tuple[str, ...]:
