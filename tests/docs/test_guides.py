@@ -59,7 +59,7 @@ PAGES = {page.stem: page for page in sorted(SITE.rglob("*.md")) if any(each.lang
 
 def environment(root: Path) -> dict[str, str]:
     """The shell's: this Python first, the tree under test importable."""
-    return {**os.environ, "PYTHONPATH": str(root), "PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"}
+    return {**os.environ, "PYTHONPATH": f"{root}:{ROOT}", "PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"}
 
 
 def run(command: list[str], folder: Path, root: Path, **more: str) -> str:
@@ -69,9 +69,10 @@ def run(command: list[str], folder: Path, root: Path, **more: str) -> str:
 
 
 def tree_with_changes(parts: list[Snippet], folder: Path) -> Path:
-    """A copy of the sources with a guide's files and changes in it."""
+    """A copy of the packages that a guide changes, changed; compiled code of the others stays valid."""
     tree = folder / "tree"
-    for name in ("swarm_envs", "discovery", "configs"):
+    changed = {name for part in parts for name in re.findall(r"^--- a/(\w+)/", part.text, flags=re.MULTILINE)}
+    for name in changed | {part.file.split("/")[0] for part in parts if part.file}:
         shutil.copytree(ROOT / name, tree / name, ignore=shutil.ignore_patterns("__pycache__"))
     for part in parts:
         if part.file:
