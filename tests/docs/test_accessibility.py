@@ -85,6 +85,12 @@ def test_no_page_scrolls_sideways_on_a_phone(page: Any, browser: Any, site: Path
     assert not wide
 
 
+@pytest.mark.parametrize("name", ["index", "atlas", "worlds/hero_plus"])
+def test_no_page_scrolls_sideways_on_a_screen(page: Any, browser: Any, name: str) -> None:
+    page(name)
+    assert browser.execute_script("return document.documentElement.scrollWidth <= innerWidth")
+
+
 @pytest.mark.parametrize("name", ["index", "atlas"])
 def test_tab_reaches_every_control(page: Any, browser: Any, name: str) -> None:
     from selenium.webdriver import ActionChains

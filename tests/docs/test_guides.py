@@ -28,7 +28,9 @@ NEEDS = {
 }
 """Packages that a page's snippets need beside those of the tests."""
 ELSEWHERE = {
-    "calibration": "tests/calibration runs them",
+    "calibration": "tests/calibration/test_guide.py runs them",
+    "calibration_of_real_robots": "its logs are not part of the project: tests/calibration/test_measured.py runs it where they are",
+    "calibration_study": "takes hours; tests/calibration/test_study.py runs a small one",
     "training": "tests/envs/test_training.py runs them",
     "wall_following_and_milling": "tests/test_studies.py runs the study",
 }
