@@ -211,17 +211,13 @@ def cause_table(every: Sequence[Findings], stability: dict[str, Stability]) -> s
 
 def rest_table(every: Sequence[Findings]) -> str:
     """Return what cannot be told apart and what is left, by robot."""
-    lines = ["| robot | runs | cannot be told apart | still unexplained | processor time |", "|---|---|---|---|---|"]
+    lines = ["| robot | runs | cannot be told apart | still unexplained |", "|---|---|---|---|"]
     for findings in every:
         groups = "; ".join(", ".join(f"`{name}`" for name in group) for group in findings.indistinguishable)
         left = findings.unexplained
         text = "nothing certain" if left is None else f"{left.channel} by {left.depends_on}, {left.size:.2g} {left.unit} rms"
-        lines.append(f"| {ROBOTS[findings.log.name]} | {len(findings.log.runs)} | {groups} | {text} | {SECONDS[findings.log.name]:.0f} s |")
+        lines.append(f"| {ROBOTS[findings.log.name]} | {len(findings.log.runs)} | {groups} | {text} |")
     return "\n".join(lines)
-
-
-SECONDS: dict[str, float] = {}
-"""Processor time of each calibration in s."""
 
 
 def onset_table(findings: Findings) -> str:
@@ -270,8 +266,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
     for name in ROBOTS:
         begin = time.process_time()
         findings = calibrate(options.folder / name, IDEAL)
-        SECONDS[name] = time.process_time() - begin
-        print(f"{name}: {', '.join(cause.effect for cause in findings.causes)} ({SECONDS[name]:.0f} s)", file=sys.stderr, flush=True)
+        print(
+            f"{name}: {', '.join(cause.effect for cause in findings.causes)} ({time.process_time() - begin:.0f} s)",
+            file=sys.stderr,
+            flush=True,
+        )
         every.append(findings)
         if options.leave_one_out:
             stability[name] = leave_one_out(findings.log, IDEAL, findings.causes, lambda text: print(text, file=sys.stderr, flush=True))
