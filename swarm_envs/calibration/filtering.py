@@ -10,6 +10,7 @@ command is in force is carried along.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -83,6 +84,14 @@ class Measured:
         """Return the pieces of some groups only."""
         return self.of_pieces([piece for piece in range(len(self.robot)) if self.run[piece] in set(runs)])
 
+    def thinned(self) -> Measured:
+        """Return every second pose only."""
+        kept = np.zeros(len(self.times), bool)
+        for piece in range(len(self.robot)):
+            kept[self.first[piece] : self.first[piece + 1] : 2] = True
+        first = np.concatenate([[0], np.cumsum(kept)])[self.first]
+        return dataclasses.replace(self, times=self.times[kept], poses=self.poses[kept], touching=self.touching[kept], first=first)
+
     def of_pieces(self, pieces: Sequence[int]) -> Measured:
         """Return some pieces only."""
         poses = [slice(self.first[p], self.first[p + 1]) for p in pieces]
@@ -98,7 +107,7 @@ class Measured:
         )  # fmt: skip
 
 
-def measured(log: Log, most: int = 5000, piece: float = 20.0) -> Measured:
+def measured(log: Log, most: int = 8000, piece: float = 20.0) -> Measured:
     """Lay a log's tracks end to end, thinned to about ``most`` poses.
 
     With fewer than five runs each run is cut into pieces of ``piece`` s, which are then what is held out.

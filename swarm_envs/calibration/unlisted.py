@@ -61,6 +61,8 @@ SIGNIFICANT = 0.005
 """Greatest p-value at which a remainder is reported."""
 AS_GOOD = 3.0
 """A named effect goes when corrections without it fit as well but for this much, in nats."""
+TIMING = ("dead_time", "clock_offset", "motor_lag")
+"""Effects that never go: windows of half a second show little of them, and no function of place or heading feigns them."""
 BETTER = 0.97
 """Or when held-out errors are then at most this share of what they were."""
 ENOUGH = 40
@@ -235,9 +237,8 @@ def find_unlisted(log: Log, identified: Identified) -> Unlisted | None:
     p_value = _p_value(trials, found)
     if p_value > SIGNIFICANT:
         return None
-    names = [
-        cause.effect for cause in identified.causes if not (identified.gains_first and cause.effect in ("linear_gain", "angular_gain"))
-    ]
+    kept = TIMING + ("linear_gain", "angular_gain") * identified.gains_first
+    names = [cause.effect for cause in identified.causes if cause.effect not in kept]
     merit, terms = _merit(trials, found), _chosen(trials, found)
     heldout = heldout_errors(log, model, model, robots, terms)
     gone: list[str] = []
