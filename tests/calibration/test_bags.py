@@ -103,7 +103,7 @@ def test_a_bag_without_a_map_is_read_by_type_and_says_how(tmp_path: Path, write)
     assert track.command_times == pytest.approx([1.0], abs=1e-6)
     assert track.commands.tolist() == [[0.1, 0.0]]
     assert any("guessed" in note and "/hero_1/ground_pose" in note for note in log.notes)
-    assert evaluate("hero", log)["1.0"]["position_m"] < 1e-6
+    assert evaluate("hero_plus", log)["1.0"]["position_m"] < 1e-6
 
 
 def test_an_mcap_file_is_read(tmp_path: Path) -> None:
