@@ -46,12 +46,12 @@ def page(browser: Any, *words: str) -> Iterator[subprocess.Popen[str]]:
     """Serve and open it."""
     environment = {**os.environ, "PYTHONPATH": str(CONFIGS.parent)}
     command = [sys.executable, "-m", "discovery.annotation", *words, "--port", "0", "--name", "Ada"]
-    serving = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment)
+    serving = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
     assert serving.stdout is not None
     try:
         said = serving.stdout.readline()
         found = re.match(r"(http://127\.0\.0\.1:\d+)", said)
-        assert found, said + serving.stdout.read()
+        assert found, f"said {said!r} instead of an address"
         browser.get(found[1])
         yield serving
     finally:
