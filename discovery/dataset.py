@@ -9,10 +9,12 @@ import numpy as np
 import numpy.typing as npt
 
 from discovery.controllers import FloatArray, random_controllers
+from discovery.labels import decode_labels, encode_labels
 from discovery.progress import bar
 from discovery.randomness import generator, whole_seed
 from discovery.run_folder import RunFolder, part_name
 from discovery.simulate import Simulator
+from swarm_envs.behaviours import label
 from swarm_envs.metrics import hand_crafted
 from swarm_envs.rendering import videos
 
@@ -27,6 +29,8 @@ class Dataset:
     """(N, frames, size, size), greyscale."""
     metrics: FloatArray
     """(N, 5), the hand-crafted metrics."""
+    labels: npt.NDArray[np.str_]
+    """(N,) behaviours, given by rules."""
 
 
 def make_dataset(folder: RunFolder, simulator: Simulator) -> Dataset:
@@ -42,7 +46,10 @@ def make_dataset(folder: RunFolder, simulator: Simulator) -> Dataset:
             folder.write_tensors(part_name("dataset", number), part, {})
             parts.append(part)
             progress.update(count)
-    return Dataset(**{name: np.concatenate([part[name] for part in parts]) for name in ("controllers", "videos", "metrics")})
+    controllers, filmed, metrics, codes = (
+        np.concatenate([part[name] for part in parts]) for name in ("controllers", "videos", "metrics", "labels")
+    )
+    return Dataset(controllers, filmed, metrics, np.array(decode_labels(codes), dtype=np.str_))
 
 
 def _make_part(simulator: Simulator, controllers: FloatArray, seed: int, frames: int, size: int) -> dict[str, npt.NDArray[Any]]:
@@ -51,4 +58,5 @@ def _make_part(simulator: Simulator, controllers: FloatArray, seed: int, frames:
         "controllers": controllers,
         "videos": videos(trajectories, frames=frames, size=size),
         "metrics": hand_crafted(trajectories),
+        "labels": encode_labels(label(trajectories)),
     }

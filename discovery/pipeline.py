@@ -11,12 +11,13 @@ import torch
 from discovery.archive import Archive, to_parquet
 from discovery.confirmation import Confirmation, confirm, describe
 from discovery.controllers import check_controllers
-from discovery.dataset import Dataset, make_dataset
+from discovery.dataset import make_dataset
 from discovery.manifest import begin_manifest, end_manifest
 from discovery.medoids import Clusters, cluster
 from discovery.progress import stage
 from discovery.report import write_report
-from discovery.representation import METHODS, Fitted
+from discovery.representations import fit
+from discovery.representations.interface import Fitted
 from discovery.run_folder import ARCHIVE, METRICS, RunFolder
 from discovery.search import run_search
 from discovery.simulate import Simulator
@@ -47,8 +48,8 @@ def discover(folder: RunFolder) -> Path:
         dataset = make_dataset(folder, simulator)
         line.done = f"{len(dataset.videos)} random controllers, simulated and rendered as {dataset.videos.shape[1:]} videos"
     with stage("training", seconds) as line:
-        fitted = METHODS[settings.representation.method](folder, dataset)
-        line.done = _describe_training(fitted, dataset)
+        fitted = fit(folder, dataset)
+        line.done = fitted.done
     with stage("search", seconds) as line:
         archive = run_search(folder, simulator, fitted.representation)
         line.done = f"{len(archive)} controllers in the archive; {_count(archive.labels.tolist())}"
@@ -59,7 +60,7 @@ def discover(folder: RunFolder) -> Path:
         line.done = f"{len(clusters.medoids)} medoids; {_count(medoid_labels)}"
     with stage("confirming", seconds) as line:
         confirmations = confirm(simulator, archive.controllers[clusters.medoids], medoid_labels, settings.seed)
-        folder.write_json(METRICS, summarise(archive, clusters, fitted, confirmations))
+        folder.write_json(METRICS, summarise(settings.representation.method, archive, clusters, fitted, confirmations))
         line.done = describe(confirmations)
     with stage("report", seconds) as line:
         path = write_report(folder, simulator, archive, clusters, confirmations, fitted, manifest)
@@ -68,7 +69,7 @@ def discover(folder: RunFolder) -> Path:
     return path
 
 
-def summarise(archive: Archive, clusters: Clusters, fitted: Fitted, confirmations: list[Confirmation]) -> dict[str, Any]:
+def summarise(method: str, archive: Archive, clusters: Clusters, fitted: Fitted, confirmations: list[Confirmation]) -> dict[str, Any]:
     """Return a run's numbers for ``metrics.json``."""
     medoids = clusters.medoids
     return {
@@ -87,17 +88,9 @@ def summarise(archive: Archive, clusters: Clusters, fitted: Fitted, confirmation
             for row, share, confirmation in zip(medoids, clusters.share(), confirmations, strict=True)
         ],
         "novelty_by_generation": [float(archive.novelty[archive.generation == g].mean()) for g in range(int(archive.generation.max()) + 1)],
-        "encoder_started_from": fitted.origin,
+        "representation": {"method": method, "origin": fitted.origin},
         "loss": fitted.losses,
     }
-
-
-def _describe_training(fitted: Fitted, dataset: Dataset) -> str:
-    if not fitted.news:
-        return "taken from the run folder"
-    if not fitted.losses:
-        return "no steps"
-    return f"SimCLR on {len(dataset.videos)} videos, {len(fitted.losses)} steps, loss {fitted.losses[0]:.2f} to {fitted.losses[-1]:.2f}"
 
 
 def _count(labels: list[str]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -13,11 +14,12 @@ import numpy.typing as npt
 from discovery.archive import Archive, read_parquet
 from discovery.errors import DiscoveryError
 from discovery.medoids import Clusters
-from discovery.run_folder import ARCHIVE, ENCODER, open_folder, read_manifest
+from discovery.run_folder import ARCHIVE, ENCODER, METRICS, open_folder, read_manifest
 from discovery.settings import Settings
 
 if TYPE_CHECKING:
-    from discovery.encoder import Encoder
+    from discovery.representations.encoder import Encoder
+    from discovery.representations.interface import Representation
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,12 @@ class Run:
     archive: Archive
     clusters: Clusters
 
+    @cached_property
+    def metrics(self) -> dict[str, Any]:
+        """The run's numbers, ``metrics.json``."""
+        found: dict[str, Any] = json.loads((self.path / METRICS).read_text(encoding="utf-8"))
+        return found
+
     @property
     def embeddings(self) -> npt.NDArray[np.float32]:
         """(N, d), one row for each archive member."""
@@ -62,17 +70,23 @@ class Run:
         Raises:
             DiscoveryError: When the file is missing or damaged.
         """
-        from discovery.compute import choose_compute
-        from discovery.encoder import Encoder, load_arrays, make_network
+        from discovery.representations.videos import VideoRepresentation
 
-        saved = open_folder(self.path).read_tensors(ENCODER)
-        if saved is None:
-            raise DiscoveryError(f"{self.path / ENCODER}: there is none; this run's representation is not a trained encoder")
-        network = make_network(saved.facts["frames"], 0)
-        load_arrays(network, saved.tensors)
-        settings = self.settings.representation
-        compute = choose_compute("auto" if settings.device == "cuda" else settings.device, settings.precision)
-        return Encoder(network, compute, settings.normalise)
+        found = self.representation
+        if not isinstance(found, VideoRepresentation):
+            raise DiscoveryError(f"{self.path / ENCODER}: there is none; this run's representation has no encoder")
+        return found.encoder
+
+    @cached_property
+    def representation(self) -> Representation:
+        """What embeds rollouts as the run did.
+
+        Raises:
+            DiscoveryError: When the file is missing or damaged.
+        """
+        from discovery.representations import load
+
+        return load(open_folder(self.path))
 
 
 def load_run(folder: str | Path) -> Run:

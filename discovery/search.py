@@ -14,16 +14,15 @@ from discovery.archive import Archive
 from discovery.controllers import FloatArray, check_controllers, gene_limits
 from discovery.errors import DiscoveryError
 from discovery.genetic_emitter import GeneticEmitter
+from discovery.labels import LABEL_BYTES, decode_labels, encode_labels
 from discovery.progress import bar
 from discovery.randomness import whole_seed
-from discovery.representation import Representation
+from discovery.representations.interface import Representation
 from discovery.run_folder import RunFolder, part_name
 from discovery.simulate import Simulator
 from swarm_envs.behaviours import label
 from swarm_envs.metrics import hand_crafted
 
-LABEL_BYTES = 32
-"""Room for a label's name."""
 FIELDS: dict[str, Any] = {
     "generation": ((), np.int64),
     "world_seed": ((), np.int64),
@@ -108,16 +107,6 @@ def tell(search: Search, generation: int, seed: int, tensors: dict[str, npt.NDAr
         label=tensors["labels"],
         metrics=tensors["metrics"],
     )
-
-
-def encode_labels(labels: list[str]) -> npt.NDArray[np.uint8]:
-    """Return labels as bytes (n, LABEL_BYTES): neither safetensors nor pyribs' arrays hold text."""
-    return np.array([list(text.encode().ljust(LABEL_BYTES, b"\0")) for text in labels], dtype=np.uint8).reshape(-1, LABEL_BYTES)
-
-
-def decode_labels(codes: npt.NDArray[np.uint8]) -> list[str]:
-    """Return what :func:`encode_labels` was given."""
-    return [bytes(row).rstrip(b"\0").decode() for row in codes]
 
 
 def _collect(archive: ProximityArchive, found: FloatArray) -> Archive:

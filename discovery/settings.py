@@ -68,6 +68,65 @@ class SimCLRSettings:
 
 
 @dataclass
+class TripletSettings:
+    """A ResNet18 trained on judgements of which of two rollouts is more like a third."""
+
+    method: str = choice("triplet")
+    judgements: str | None = MISSING
+    """A person's answers, a file; None takes those of a simulated annotator, who goes by the rules' labels."""
+    answers: int = number(1)
+    """Answers that the simulated annotator gives."""
+    error_rate: float = number(0.0, 1.0)
+    """Share of its answers that are wrong."""
+    weights: str = choice("imagenet", "random")
+    """Where training starts."""
+    epochs: int = number(0)
+    batch: int = number(1)
+    """Judged triples a step."""
+    learning_rate: float = number(0.0)
+    weight_decay: float = number(0.0)
+    margin: float = number(0.0)
+    """By how much the similar one is to be nearer."""
+    crop_scale: list[float] = number(0.01, 1.0)
+    """Smallest and largest area of the random crop, as a share of the picture."""
+    flip: float = number(0.0, 1.0)
+    """Probability of a horizontal flip."""
+    normalise: bool = MISSING
+    """Whether embeddings have length one."""
+    checkpoint_seconds: float = number(0.0)
+    """Longest training time in s lost to a stop."""
+    device: str = choice("auto", "cpu", "cuda")
+    precision: str = choice("auto", "float32", "bfloat16")
+
+
+@dataclass
+class UntrainedSettings:
+    """A ResNet18 that is not trained."""
+
+    method: str = choice("untrained")
+    weights: str = choice("imagenet", "random")
+    normalise: bool = MISSING
+    """Whether embeddings have length one."""
+    device: str = choice("auto", "cpu", "cuda")
+    precision: str = choice("auto", "float32", "bfloat16")
+
+
+@dataclass
+class HandCraftedSettings:
+    """Five metrics instead of a network."""
+
+    method: str = choice("hand_crafted")
+    standardise: bool = MISSING
+    """Whether each has mean 0 and standard deviation 1 over the dataset."""
+
+
+REPRESENTATIONS: dict[str, type] = {
+    "hand_crafted": HandCraftedSettings, "simclr": SimCLRSettings, "triplet": TripletSettings, "untrained": UntrainedSettings,
+}  # fmt: skip
+"""Settings class of each representation.method."""
+
+
+@dataclass
 class SearchSettings:
     """Novelty search."""
 
@@ -126,7 +185,8 @@ class Settings:
     folder: str | None = MISSING
     resume: str | None = MISSING
     dataset: DatasetSettings = dataclasses.field(default_factory=DatasetSettings)
-    representation: SimCLRSettings = dataclasses.field(default_factory=SimCLRSettings)
+    representation: Any = MISSING
+    """One of :data:`REPRESENTATIONS`."""
     search: SearchSettings = dataclasses.field(default_factory=SearchSettings)
     clustering: ClusteringSettings = dataclasses.field(default_factory=ClusteringSettings)
     report: ReportSettings = dataclasses.field(default_factory=ReportSettings)
@@ -142,8 +202,13 @@ def read_settings(config: DictConfig) -> Settings:
     Raises:
         DiscoveryError: On an unknown or missing key, a wrong type, or a number out of bounds.
     """
+    method = OmegaConf.select(config, "representation.method")
+    if method not in REPRESENTATIONS:
+        raise DiscoveryError(f"representation.method: given {method!r}, expected {' or '.join(REPRESENTATIONS)}")
+    schema = OmegaConf.structured(Settings)
+    schema.representation = OmegaConf.structured(REPRESENTATIONS[method])
     try:
-        settings: Settings = OmegaConf.to_object(OmegaConf.merge(OmegaConf.structured(Settings), config))  # type: ignore[assignment]
+        settings: Settings = OmegaConf.to_object(OmegaConf.merge(schema, config))  # type: ignore[assignment]
     except OmegaConfBaseException as error:
         key = error.full_key or "config"
         raise DiscoveryError(f"{key}: {str(error).splitlines()[0]}; see configs/ for the keys and their types") from None
@@ -170,17 +235,19 @@ def _check_bounds(part: Any, prefix: str) -> None:
 
 def _check_together(settings: Settings) -> None:
     evaluations = settings.search.population * settings.search.generations
-    crop = settings.representation.crop_scale
+    representation = settings.representation
     if settings.clustering.medoids > evaluations:
         raise DiscoveryError(
             f"clustering.medoids: given {settings.clustering.medoids}, but the search makes only {evaluations} evaluations"
         )
-    if settings.representation.batch > settings.dataset.videos:
+    if isinstance(representation, SimCLRSettings) and representation.batch > settings.dataset.videos:
         raise DiscoveryError(
-            f"representation.batch: given {settings.representation.batch}, expected at most dataset.videos, {settings.dataset.videos}"
+            f"representation.batch: given {representation.batch}, expected at most dataset.videos, {settings.dataset.videos}"
         )
-    if len(crop) != 2 or crop[0] > crop[1]:
-        raise DiscoveryError(f"representation.crop_scale: given {crop}, expected [smallest, largest]")
+    if isinstance(representation, SimCLRSettings | TripletSettings):
+        crop = representation.crop_scale
+        if len(crop) != 2 or crop[0] > crop[1]:
+            raise DiscoveryError(f"representation.crop_scale: given {crop}, expected [smallest, largest]")
     if len(settings.search.include) > settings.search.population:
         raise DiscoveryError(f"search.include: given {len(settings.search.include)} controllers, expected at most search.population")
 
@@ -202,6 +269,9 @@ def setting_names(part: Any = Settings, prefix: str = "") -> list[str]:
     """Return the dotted key of every setting."""
     names: list[str] = []
     for field in dataclasses.fields(part):
+        if field.name == "representation":
+            names += sorted({name for kind in REPRESENTATIONS.values() for name in setting_names(kind, "representation.")})
+            continue
         default = field.default_factory() if field.default_factory is not dataclasses.MISSING else None
         names += setting_names(default, f"{prefix}{field.name}.") if dataclasses.is_dataclass(default) else [prefix + field.name]
     return names

@@ -12,16 +12,14 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined, select_autoes
 
 from discovery.archive import Archive
 from discovery.confirmation import STARTS, Confirmation
+from discovery.labels import BEHAVIOURS
 from discovery.medoids import Clusters
 from discovery.report.animation import describe_scene, pack_rollout, to_base64
 from discovery.report.archive_map import choose_rows, lay_out
 from discovery.report.chart import line_chart
-from discovery.representation import Fitted
+from discovery.representations.interface import Fitted
 from discovery.run_folder import REPORT, RunFolder
 from discovery.simulate import Simulator
-
-BEHAVIOURS = ("aggregation", "cyclic pursuit", "dispersal", "milling", "wall following", "random")
-"""The labels that rules give, in the order of the legend; each has its colour in ``style.css``."""
 
 
 def write_report(
@@ -109,7 +107,7 @@ def _counts(archive: Archive, clusters: Clusters) -> list[dict[str, Any]]:
 
 def _loss_chart(fitted: Fitted) -> Any:
     steps = list(range(1, len(fitted.losses) + 1))
-    return line_chart(steps, fitted.losses, "Training loss", "training step", "NT-Xent loss (nat)")
+    return line_chart(steps, fitted.losses, "Training loss", "training step", fitted.loss_name)
 
 
 def _novelty_chart(archive: Archive) -> Any:

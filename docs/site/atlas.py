@@ -50,14 +50,15 @@ def condense(folder: Path) -> dict[str, Any]:
         discovery.DiscoveryError: When the folder holds no finished run.
     """
     from discovery import load_run
-    from discovery.run_folder import METRICS
+    from discovery.errors import DiscoveryError
     from discovery.settings import PLACES
 
     run = load_run(folder)
     from discovery.report.archive_map import lay_out  # its libraries take seconds to import: mistakes are told before
 
-    archive, settings = run.archive, run.settings
-    metrics = json.loads((folder / METRICS).read_text(encoding="utf-8"))
+    archive, settings, metrics = run.archive, run.settings, run.metrics
+    if settings.representation.method != "simclr":
+        raise DiscoveryError(f"{folder}: its representation is {settings.representation.method}; the atlas tells of an encoder, simclr")
     words = [word for word in run.manifest["sessions"][0]["command"][1:] if word.split("=")[0] not in PLACES]
     words += [] if any(word.startswith("threads=") for word in words) else [f"threads={run.manifest['threads']}"]
     _, first = np.unique(archive.generation, return_index=True)
@@ -66,7 +67,7 @@ def condense(folder: Path) -> dict[str, Any]:
         "run": {
             "name": settings.name, "world": settings.world, "engine": settings.engine, "steps": settings.steps, "seed": settings.seed,
             "evaluations": len(archive), "videos": settings.dataset.videos, "epochs": settings.representation.epochs,
-            "batch": settings.representation.batch, "origin": metrics["encoder_started_from"].split(";")[0],
+            "batch": settings.representation.batch, "origin": metrics["representation"]["origin"].split(";")[0],
             "command": " ".join(["python", *words]), "commit": (run.manifest["git"] or {}).get("commit"),
             "finished": run.manifest["finished"],
         },

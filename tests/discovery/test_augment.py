@@ -5,7 +5,7 @@ import numpy.typing as npt
 import pytest
 import torch
 
-from discovery.augment import Views, augment, draw_views
+from discovery.representations.augment import Views, augment, draw_views
 
 Picture = npt.NDArray[np.float64]
 

@@ -7,10 +7,10 @@ import torch
 from lightly.loss import NTXentLoss
 from torch import nn
 
-from discovery.augment import augment, draw_views
-from discovery.compute import Compute
-from discovery.encoder import Encoder, make_network
-from discovery.simclr import Training, begin, step
+from discovery.representations.augment import augment, draw_views
+from discovery.representations.compute import Compute
+from discovery.representations.encoder import Encoder, make_network
+from discovery.representations.simclr import Training, begin, step
 from tests.discovery.tiny_run import tiny
 
 CPU = Compute(torch.device("cpu"), torch.float32)

@@ -9,9 +9,9 @@ import pytest
 import torch
 from torchvision.models import ResNet18_Weights, resnet18
 
-from discovery import weights
-from discovery.encoder import make_network
-from discovery.weights import NoWeightsError, imagenet_weights
+from discovery.representations import imagenet
+from discovery.representations.encoder import make_network
+from discovery.representations.imagenet import NoWeightsError, imagenet_weights
 
 
 @pytest.fixture
@@ -50,6 +50,6 @@ def test_cached_weights_are_used(cache: Path, monkeypatch: pytest.MonkeyPatch) -
     cache.parent.mkdir(parents=True)
     torch.save(state, cache)
     digest = hashlib.sha256(cache.read_bytes()).hexdigest()
-    monkeypatch.setattr(weights, "_check_hash", lambda path: digest)  # a stand-in cannot have the real file's hash
+    monkeypatch.setattr(imagenet, "_check_hash", lambda path: digest)  # a stand-in cannot have the real file's hash
     network = make_network(3, 5, imagenet_weights())
     assert torch.equal(network.state_dict()["layer1.0.conv1.weight"], state["layer1.0.conv1.weight"])

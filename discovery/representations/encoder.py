@@ -11,8 +11,8 @@ from torch import nn
 from torch.nn import functional
 from torchvision.models import resnet18
 
-from discovery.compute import Compute
 from discovery.progress import bar
+from discovery.representations.compute import Compute
 
 EMBEDDING = 512
 """Numbers in an embedding (ResNet18's last layer before its classifier)."""

@@ -1,0 +1,5 @@
+"""``python -m discovery.annotation``."""
+
+from discovery.annotation.command import main
+
+raise SystemExit(main())

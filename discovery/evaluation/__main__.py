@@ -1,0 +1,5 @@
+"""``python -m discovery.evaluation``."""
+
+from discovery.evaluation.command import main
+
+raise SystemExit(main())

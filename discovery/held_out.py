@@ -1,0 +1,110 @@
+"""The test set: labelled rollouts of random controllers that no training has seen (paper, 500 labelled test videos)."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from discovery.controllers import random_controllers
+from discovery.errors import DiscoveryError
+from discovery.judgements import fingerprint
+from discovery.progress import bar
+from discovery.randomness import generator, whole_seed
+from discovery.simulate import Simulator
+from swarm_envs.behaviours import label
+from swarm_envs.rendering import videos
+from swarm_envs.simulation import Trajectories
+
+if TYPE_CHECKING:
+    from discovery.representations.interface import Representation
+
+CHUNK = 250
+"""Rollouts simulated at a time."""
+FEWEST = 10
+"""A behaviour with fewer rollouts is left out."""
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """Labelled rollouts."""
+
+    parts: tuple[Trajectories, ...]
+    labels: npt.NDArray[np.str_]
+    """(N,) in the order of the parts."""
+    given_by: str = "rules"
+    """Who gave the labels."""
+
+    @property
+    def classes(self) -> list[str]:
+        """Behaviours that occur, by name."""
+        return sorted(set(self.labels.tolist()))
+
+    @property
+    def fingerprint(self) -> str:
+        """What the rollouts are known by, whoever labels them."""
+        return fingerprint(np.concatenate([videos(part) for part in self.parts]))
+
+    def relabelled(self, labels: Mapping[int, str], given_by: str) -> HeldOut:
+        """Return the rollouts that a person has labelled, with those labels.
+
+        Raises:
+            DiscoveryError: When fewer than two behaviours have enough of them.
+        """
+        counts = Counter(labels.values())
+        names = np.array([labels.get(row, "") for row in range(len(self.labels))], dtype=np.str_)
+        found = self._where(np.isin(names, [name for name, count in counts.items() if count >= FEWEST]), names, given_by)
+        if len(found.classes) < 2:
+            raise DiscoveryError(f"labels of {given_by}: {dict(counts)}; expected two behaviours of {FEWEST} or more, label more")
+        return found
+
+    def _where(self, keep: npt.NDArray[np.bool_], names: npt.NDArray[np.str_], given_by: str) -> HeldOut:
+        ends = np.cumsum([len(part.poses) for part in self.parts])
+        inside = [np.flatnonzero(chosen) for chosen in np.split(keep, ends[:-1])]
+        return HeldOut(tuple(part[rows] for part, rows in zip(self.parts, inside, strict=True) if len(rows)), names[keep], given_by)
+
+    def embed(self, representation: Representation) -> npt.NDArray[np.float32]:
+        """Embed every rollout: (N, d)."""
+        return np.concatenate([representation.embed(part) for part in self.parts])
+
+
+def draw_held_out(simulator: Simulator, a_class: int, most_draws: int, seed: int) -> HeldOut:
+    """Draw random controllers until every behaviour has enough rollouts, or the draws are used up.
+
+    Args:
+        simulator: World, engine and length.
+        a_class: Rollouts wanted of each behaviour.
+        most_draws: Rollouts simulated at most.
+        seed: Of controllers and starts; no dataset has them, whatever its seed.
+
+    Raises:
+        DiscoveryError: When fewer than two behaviours have enough.
+    """
+    parts: list[Trajectories] = []
+    labels: list[str] = []
+    counts: Counter[str] = Counter()
+    with bar(most_draws, "test set", "rollouts") as progress:
+        for number in range(-(-most_draws // CHUNK)):
+            controllers = random_controllers(simulator.world, CHUNK, generator(seed, "test controllers", number))
+            trajectories = simulator(controllers, whole_seed(seed, "test starts", number))
+            kept = []
+            for index, name in enumerate(label(trajectories)):
+                if counts[name] < a_class:
+                    counts[name] += 1
+                    kept.append(index)
+                    labels.append(name)
+            if kept:
+                parts.append(trajectories[np.array(kept)])
+            progress.update(CHUNK)
+            if len(counts) > 1 and all(count >= a_class for count in counts.values()) and number >= 3:
+                break
+    names = np.array(labels, dtype=np.str_)
+    drawn = HeldOut(tuple(parts), names)
+    found = drawn._where(np.isin(names, [name for name, count in counts.items() if count >= FEWEST]), names, "rules")
+    if len(found.classes) < 2:
+        raise DiscoveryError(f"test set: {dict(counts)} of {most_draws} rollouts; expected two behaviours of {FEWEST} or more, draw more")
+    return found

@@ -1,0 +1,79 @@
+"""SimCLR (Chen et al. 2020): two views of a video belong together, all others of the batch apart."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import numpy.typing as npt
+import torch
+from lightly.loss import NTXentLoss
+from lightly.models.modules import SimCLRProjectionHead
+from lightly.utils.lars import LARS
+from lightly.utils.scheduler import CosineWarmupScheduler
+from torch import Tensor
+
+from discovery.randomness import generator, whole_seed
+from discovery.representations.augment import augment, draw_views
+from discovery.representations.compute import Compute
+from discovery.representations.encoder import EMBEDDING, make_network
+from discovery.representations.training import Training, train
+from discovery.run_folder import RunFolder
+from discovery.settings import SimCLRSettings
+
+PROJECTION = 128
+"""Numbers in the space where the loss is applied (paper, Deep Learning)."""
+
+
+def begin(
+    settings: SimCLRSettings, frames: int, steps_per_epoch: int, seed: int, compute: Compute, start: Mapping[str, Tensor] | None
+) -> Training:
+    """Return a training that has not made a step."""
+    network = make_network(frames, whole_seed(seed, "network"), start).to(compute.device)
+    with torch.random.fork_rng(devices=[]):
+        torch.manual_seed(whole_seed(seed, "projection head"))
+        head = SimCLRProjectionHead(EMBEDDING, EMBEDDING, PROJECTION).to(compute.device)
+    parameters = [*network.parameters(), *head.parameters()]
+    # As in SimCLR, biases and normalisation neither decay nor have their rate adapted; lightly's LARS takes zero decay as that wish.
+    groups = [
+        {"params": [p for p in parameters if p.ndim > 1], "weight_decay": settings.weight_decay},
+        {"params": [p for p in parameters if p.ndim == 1], "weight_decay": 0.0},
+    ]
+    optimizer = LARS(groups, lr=settings.learning_rate * settings.batch / 256, momentum=settings.momentum)
+    total = settings.epochs * steps_per_epoch
+    warmup = min(settings.warmup_epochs * steps_per_epoch, total)
+    scheduler = CosineWarmupScheduler(optimizer, warmup_epochs=warmup, max_epochs=total, end_value=0.0)
+    return Training(network, head, optimizer, scheduler, [])
+
+
+def step(training: Training, videos: Tensor, views: torch.Generator, settings: SimCLRSettings, compute: Compute, loss: NTXentLoss) -> None:
+    """Make one step on a batch of videos (N, frames, size, size) of uint8."""
+    pictures = compute.picture(videos)
+    crop = (settings.crop_scale[0], settings.crop_scale[1])
+    pairs = [augment(pictures, draw_views(len(pictures), crop, settings.flip, views)) for _ in range(2)]
+    with compute.autocast():
+        projections = training.head(training.network(torch.cat(pairs).contiguous(memory_format=torch.channels_last)))
+    training.descend(loss(*projections.float().chunk(2)))
+
+
+def train_simclr(folder: RunFolder, videos: npt.NDArray[np.uint8], compute: Compute, training: Training, settings: SimCLRSettings) -> None:
+    """Train to the end; go on from the last good checkpoint.
+
+    Args:
+        folder: Where checkpoints are.
+        videos: (N, frames, size, size).
+        compute: Where and how to compute.
+        training: Fresh, from :func:`begin`; trained when this returns.
+        settings: The representation's settings.
+    """
+    seed, per_epoch = folder.settings.seed, len(videos) // settings.batch
+    data, loss = torch.from_numpy(videos), NTXentLoss(settings.temperature)
+
+    def one(number: int) -> None:
+        epoch, place = divmod(number, per_epoch)
+        # The last, incomplete batch is dropped: NT-Xent's value depends on the batch's size.
+        order = generator(seed, "epoch", epoch).permutation(len(videos))[place * settings.batch : (place + 1) * settings.batch]
+        views = torch.Generator().manual_seed(whole_seed(seed, "views", number))
+        step(training, data[torch.from_numpy(order)], views, settings, compute, loss)
+
+    train(folder, training, one, settings.epochs * per_epoch, settings.batch * 2, settings.checkpoint_seconds)

@@ -1,0 +1,152 @@
+"""Every representation through the whole pipeline, and judgements that triplet learning learns from."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import signal
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from discovery import atomic, load_run
+from discovery.command import Opened, Stopped, run
+from discovery.dataset import Dataset
+from discovery.errors import DiscoveryError
+from discovery.judgements import Judgements, fingerprint, read_judgements, simulate_annotator, write_judgements
+from discovery.representations import METHODS
+from discovery.representations.judged import JUDGEMENTS, learn
+from discovery.run_folder import ARCHIVE, ENCODER, make_folder
+from discovery.settings import REPRESENTATIONS, Settings
+from tests.discovery.tiny_run import tiny
+
+SMALL = {
+    "hand_crafted": (),
+    "hand_crafted_standardised": (),
+    "random": (),
+    "triplet": (
+        "representation.weights=random", "representation.answers=48", "representation.batch=24", "representation.epochs=2",
+        "representation.checkpoint_seconds=0",
+    ),
+}  # fmt: skip
+"""Representations beside SimCLR, which the other tests take, and what makes each tiny."""
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    folders = {name: tmp_path_factory.mktemp("representations") / name for name in SMALL}
+    for name, path in folders.items():
+        run(small(name, f"folder={path}"), given=True, opened=Opened())
+    return folders
+
+
+def small(name: str, *overrides: str) -> Settings:
+    return tiny("steps=120", f"representation={name}", *SMALL[name], *overrides, simclr=False)
+
+
+def test_every_method_has_its_settings() -> None:
+    assert set(METHODS) == set(REPRESENTATIONS)
+
+
+def test_the_raw_metrics_are_the_embeddings_of_the_hand_crafted_representation(runs: dict[str, Path]) -> None:
+    archive = load_run(runs["hand_crafted"]).archive
+    np.testing.assert_array_equal(archive.embeddings, archive.metrics.astype(np.float32))
+
+
+def test_standardised_metrics_have_mean_0_and_spread_1_over_the_dataset(runs: dict[str, Path]) -> None:
+    raw, standard = load_run(runs["hand_crafted"]).archive, load_run(runs["hand_crafted_standardised"]).archive
+    # the first generation is the same for both: one shift and one scale a metric take it from one to the other
+    first = raw.generation == 0
+    for k in range(5):
+        a, b = raw.metrics[first, k], standard.embeddings[first, k]
+        np.testing.assert_allclose(np.corrcoef(a, b)[0, 1], 1.0, atol=1e-5)
+        assert 0.3 < b.std() < 3.0, "eight other random controllers spread about as the dataset's"
+
+
+def test_encoders_that_are_not_trained_say_so_and_give_512_numbers(runs: dict[str, Path]) -> None:
+    found = load_run(runs["random"])
+    assert found.embeddings.shape[1] == 512
+    assert "was not trained" in json.loads((runs["random"] / "metrics.json").read_text())["representation"]["origin"]
+    assert "was not trained" in (runs["random"] / "report.html").read_text()
+
+
+def test_what_a_simulated_annotator_taught_is_marked_as_such_wherever_it_is_shown(runs: dict[str, Path]) -> None:
+    for name in ("metrics.json", JUDGEMENTS, "report.html"):
+        assert "simulated annotator with 10 % errors" in (runs["triplet"] / name).read_text(), name
+
+
+def test_triplet_learning_that_was_stopped_ends_with_the_same_bits(
+    runs: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, replace = tmp_path / "stopped", atomic.os.replace
+
+    def stopping(source: Path, target: Path) -> None:
+        if "step-0000003" in str(target):
+            raise Stopped(signal.SIGINT)
+        replace(source, target)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(atomic.os, "replace", stopping)
+        with pytest.raises(Stopped):
+            run(small("triplet", f"folder={path}"), given=True, opened=Opened())
+    assert (path / "training" / "step-0000002.safetensors").exists()
+    run(small("triplet", f"resume={path}"), given=False, opened=Opened())
+    for name in (ARCHIVE, ENCODER):
+        assert (path / name).read_bytes() == (runs["triplet"] / name).read_bytes()
+
+
+def test_triplet_learning_brings_together_what_is_judged_alike(tmp_path: Path) -> None:
+    """Bright squares, each at its own place, in a corner of one of two sizes; size is what the judge goes by."""
+    generator = np.random.default_rng(4)
+    labels = np.array(["large", "small"])[np.arange(60) % 2]
+    videos = np.zeros((60, 3, 64, 64), dtype=np.uint8)
+    for video, label in zip(videos, labels, strict=True):
+        x, y = generator.integers(20, 40, 2)
+        half = 10 if label == "large" else 4
+        video[:, y - half : y + half, x - half : x + half] = generator.integers(60, 255)
+    dataset = Dataset(np.zeros((60, 4)), videos, np.zeros((60, 5)), labels)
+    settings = tiny(
+        f"folder={tmp_path / 'learning'}", "representation=triplet", "representation.weights=random", "representation.epochs=6",
+        "representation.batch=30", "representation.margin=0.5", "representation.normalise=true", simclr=False,
+    )  # fmt: skip
+    triples = simulate_annotator(labels, 90, 0.0, generator)
+    with make_folder(settings) as folder:
+        training = learn(folder, dataset, Judgements(triples, ("a test",), fingerprint(videos)), None)
+    assert np.mean(training.losses[-3:]) < 0.5 * np.mean(training.losses[:3])
+
+
+def test_the_simulated_annotator_goes_by_the_labels_and_errs_at_its_rate() -> None:
+    labels = np.array(["a", "b", "c", "c"])[np.random.default_rng(0).integers(4, size=300)]
+    for rate in (0.0, 0.2):
+        triples = simulate_annotator(labels, 4000, rate, np.random.default_rng(1))
+        assert triples.shape == (4000, 3)
+        anchor, chosen, other = labels[triples].T
+        assert np.all((anchor == chosen) != (anchor == other)), "what is unclear is passed over"
+        assert np.all(triples[:, 0] != triples[:, 1])
+        wrong = np.mean(anchor == other)
+        assert abs(wrong - rate) < 4 * np.sqrt(rate * (1 - rate) / 4000) + 1e-12
+
+
+def test_with_one_label_there_is_nothing_to_judge() -> None:
+    with pytest.raises(DiscoveryError, match="nothing to judge; take more videos"):
+        simulate_annotator(np.array(["random"] * 9), 5, 0.0, np.random.default_rng(0))
+
+
+def test_judgements_come_back_from_their_file_and_only_for_the_videos_that_were_judged(tmp_path: Path) -> None:
+    videos = np.random.default_rng(0).integers(0, 255, (5, 3, 8, 8), dtype=np.uint8)
+    given = Judgements(np.array([[0, 1, 2], [4, 3, 2]]), ("a person",), fingerprint(videos))
+    path = tmp_path / "answers.json"
+    write_judgements(path, given)
+    found = read_judgements(path, videos)
+    np.testing.assert_array_equal(found.triples, given.triples)
+    assert dataclasses.replace(found, triples=given.triples) == given
+    with pytest.raises(DiscoveryError, match=r"judges dataset .* this run's is"):
+        read_judgements(path, 255 - videos)
+    for content in ("", "[]", '{"dataset": "x", "annotators": [], "triples": [[1, 2]]}'):
+        path.write_text(content)
+        with pytest.raises(DiscoveryError, match=r"answers\.json: no judgements can be read"):
+            read_judgements(path, videos)
+    path.write_text(json.dumps({"dataset": fingerprint(videos), "annotators": ["a person"], "triples": [[0, 1, 5]]}))
+    with pytest.raises(DiscoveryError, match="rows outside 0 to 4"):
+        read_judgements(path, videos)
