@@ -6,6 +6,7 @@ import argparse
 import asyncio
 import contextlib
 import getpass
+import signal
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -37,8 +38,9 @@ def main(given: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit status."""
     arguments = parser().parse_args(given)
     try:
-        with contextlib.suppress(KeyboardInterrupt):
-            asyncio.run(_serve(arguments))
+        asyncio.run(_serve(arguments))
+    except KeyboardInterrupt:  # before the page was there
+        return 130
     except (DiscoveryError, WorldError, OSError) as error:
         print(f"discovery.annotation: {error}", file=sys.stderr)
         return 1
@@ -71,9 +73,12 @@ async def _serve(arguments: argparse.Namespace) -> None:
     wanted = arguments.wanted or (len(clips) if arguments.kind == "labels" else 500)
     page = AnnotationPage(clips, answers, wanted, arguments.seed)
     print(f"{await page.open(arguments.port)}  (Ctrl-C ends; every answer is already in {arguments.out})", flush=True)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        with contextlib.suppress(NotImplementedError):  # Windows: Ctrl-C ends the program all the same
+            asyncio.get_running_loop().add_signal_handler(number, page.ended.set)
     try:
-        await page.finished.wait()
-        await asyncio.sleep(2.0)  # the page still asks what comes next
+        await page.ended.wait()
+        await asyncio.sleep(1.0)  # the page may still ask what comes next
         print(f"{len(answers.given)} answers in {arguments.out}")
     finally:
         await page.close()

@@ -35,7 +35,8 @@ class AnnotationPage:
     def __init__(self, clips: Clips, answers: Answers, wanted: int, seed: int) -> None:
         self.clips, self.answers, self.wanted, self.seed = clips, answers, wanted, seed
         self.token = secrets.token_urlsafe(24)
-        self.finished = asyncio.Event()
+        self.ended = asyncio.Event()
+        """Set when everything is answered; whoever wants to stop sets it, too."""
         self._runner: web.AppRunner | None = None
 
     async def open(self, port: int) -> str:
@@ -104,7 +105,7 @@ class AnnotationPage:
             raise DiscoveryError(f"question {number} is not the one asked, which is {len(self.answers.given)}; reload the page")
         self.answers.add(question(self.answers.kind, len(self.clips), number, self.seed), answer)
         if len(self.answers.given) >= self.wanted:
-            self.finished.set()
+            self.ended.set()
         return web.json_response({"number": len(self.answers.given)})
 
     async def _undo(self, request: web.Request) -> web.Response:
