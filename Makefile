@@ -41,7 +41,7 @@ study-walls: $(VENV)/installed-dev
 	@$(BIN)/python docs/studies/wall_following_and_milling.py
 
 calibration-study: $(VENV)/installed-dev
-	@$(BIN)/python -m tests.calibration.study --seed 31 --out build/calibration-study --page docs/studies/calibration_study.md
+	@$(BIN)/python -m tests.calibration.study --seed 53 --singles 100 --pairs 60 --nulls 60 --unlisted 15 --out build/calibration-study --page docs/studies/calibration_study.md
 
 firmware: $(VENV)/installed-dev
 	$(BIN)/python -m hero_firmware.build --sizes
