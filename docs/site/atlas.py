@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from discovery.labels import BEHAVIOURS
+
 DATA = Path(__file__).with_name("atlas.json")
-LABELS = ("aggregation", "cyclic pursuit", "dispersal", "milling", "wall following", "random")
-"""In the order of the legend; each has its colour in site.css."""
 ITERATIONS = 1000
 """Of t-SNE, which lays out the map."""
 
@@ -71,13 +71,13 @@ def condense(folder: Path) -> dict[str, Any]:
             "command": " ".join(["python", *words]), "commit": (run.manifest["git"] or {}).get("commit"),
             "finished": run.manifest["finished"],
         },
-        "labels": list(LABELS),
+        "labels": list(BEHAVIOURS),
         "seeds": archive.world_seed[first].tolist(),
         "medoids": [
             {"row": medoid.row, "share": round(medoid.share, 4), "confirmed": told["confirmation"]["confirmed"]}
             for medoid, told in zip(run.medoids, metrics["medoids"], strict=True)
         ],
-        "label": packed([LABELS.index(label) for label in archive.labels], "u1"),
+        "label": packed([BEHAVIOURS.index(label) for label in archive.labels], "u1"),
         "places": packed(np.round(places * 65_535), "<u2"),
         "generations": packed(archive.generation, "<u2"),
         "indices": packed(archive.world_index, "<u2"),
