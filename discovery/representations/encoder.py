@@ -13,6 +13,7 @@ from torchvision.models import resnet18
 
 from discovery.progress import bar
 from discovery.representations.compute import Compute
+from discovery.representations.small_maps import quicken
 
 EMBEDDING = 512
 """Numbers in an embedding (ResNet18's last layer before its classifier)."""
@@ -66,6 +67,7 @@ def make_network(frames: int, seed: int, start: Mapping[str, torch.Tensor] | Non
     if start is not None:
         keep = {name: tensor for name, tensor in start.items() if not name.startswith("fc.") and (frames == 3 or name != "conv1.weight")}
         network.load_state_dict(keep, strict=False)
+    quicken(network)
     network.to(memory_format=torch.channels_last)
     return network
 

@@ -16,6 +16,7 @@ from torch.optim.lr_scheduler import LambdaLR
 
 from discovery.progress import bar
 from discovery.representations.encoder import load_arrays, state_arrays
+from discovery.representations.memory import keep_freed_memory
 from discovery.run_folder import RunFolder, notice
 from discovery.tensor_file import DamagedFileError, TensorFile
 
@@ -51,6 +52,7 @@ def train(folder: RunFolder, training: Training, step: Callable[[int], None], to
         views: Pictures in a step, for the progress bar.
         every: Longest time in s between checkpoints.
     """
+    keep_freed_memory()
     resume(folder, training)
     training.network.train()
     training.head.train()
