@@ -14,7 +14,7 @@ from swarm_envs.simulation import disc
 from swarm_envs.simulation.chipmunk import SpaceArrays, Spaces
 from swarm_envs.simulation.parameters import FloatArray, compile_world
 from swarm_envs.simulation.randomness import world_keys
-from swarm_envs.simulation.start import check_start, object_starts, start_world
+from swarm_envs.simulation.start import check_start, object_starts, start_worlds
 from swarm_envs.simulation.state import StateArrays, empty_state
 from swarm_envs.simulation.stepping import run_worlds, sense_worlds, step_worlds
 from swarm_envs.simulation.touching import touching
@@ -74,10 +74,9 @@ class Simulation:
             raise WorldError(f"which names world {worlds.max()}, expected indices from 0 to {self.num_worlds - 1}")
         drawn = world_keys(seed, first, len(worlds)) if keys is None else keys
         given = None if initial_poses is None else self._given_poses(initial_poses, len(worlds))
-        for k, w in enumerate(worlds):
-            start_world(self._parameters, self._state, int(w), drawn[k], self._points, self._objects)
-            if given is not None:
-                self._state.poses[w] = given[k]
+        start_worlds(self._parameters, self._state, worlds, drawn, self._points, self._objects)
+        if given is not None:
+            self._state.poses[worlds] = given
         if self._spaces is not None:
             self._spaces.forget(worlds)
         sense_worlds(self._parameters, self._state, worlds, self._scratch)
