@@ -5,13 +5,14 @@ BIN := $(VENV)/bin
 # Arguments for the discovery command, such as: make discover ARGS="experiment=paper seed=3"
 ARGS ?=
 
-.PHONY: help discover test lint format bench study-walls firmware firmware-test firmware-fuzz hardware docs clean
+.PHONY: help discover test lint format bench study-walls calibration-study firmware firmware-test firmware-fuzz hardware docs clean
 
 help:
 	@echo "make discover   from nothing to a report of ten discovered behaviours (ARGS=\"experiment=paper seed=3\")"
 	@echo "make test       ruff, mypy and the tests"
 	@echo "make bench      speed of the simulation, with a table"
 	@echo "make study-walls  how often walls are followed and swarms mill, by world (docs/studies)"
+	@echo "make calibration-study  how often hidden effects are found; hours (docs/studies)"
 	@echo "make firmware   size of the robot's code on its processors; firmware-test and firmware-fuzz try it there"
 	@echo "make hardware   parts and assembly of the robot as STEP and STL, checked and drawn"
 	@echo "make docs       the site, into docs/_build/html (needs node and npm)"
@@ -38,6 +39,9 @@ bench: $(VENV)/installed-dev
 
 study-walls: $(VENV)/installed-dev
 	@$(BIN)/python docs/studies/wall_following_and_milling.py
+
+calibration-study: $(VENV)/installed-dev
+	@$(BIN)/python -m tests.calibration.study --seed 31 --out build/calibration-study --page docs/studies/calibration_study.md
 
 firmware: $(VENV)/installed-dev
 	$(BIN)/python -m hero_firmware.build --sizes

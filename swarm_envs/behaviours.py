@@ -137,6 +137,11 @@ def label(trajectories: Trajectories) -> list[str]:
 
     Returns:
         One of :data:`LABELS` per world. Turning, mirroring or renumbering the swarm does not change it.
+
+    Example:
+        >>> import swarm_envs
+        >>> label(swarm_envs.rollouts("hero_plus", [[0.07, -1.3, 0.06, 1.1], [0, 0, 0, 0]]))
+        ['cyclic pursuit', 'random']
     """
     names = tuple(RULES)
     kept = scores(features(trajectories))
@@ -148,6 +153,13 @@ def scores(measured: Features) -> dict[str, Array]:
     """Say how far each rule is kept (positive) or broken (negative), (worlds,) per rule: the margin of its worst condition.
 
     A margin is the distance from the threshold in units of the condition's scale; near zero is a borderline case.
+
+    Example:
+        >>> import swarm_envs
+        >>> runs = swarm_envs.rollouts("hero_plus", [[0.07, -1.3, 0.06, 1.1]])
+        >>> kept = scores(features(runs))
+        >>> max(kept, key=lambda name: kept[name][0])
+        'cyclic pursuit'
     """
     return {name: np.min([_margin(measured, demand) for demand in rule], axis=0) for name, rule in RULES.items()}
 

@@ -55,7 +55,14 @@ def hand_crafted(trajectories: Trajectories, steps: int = 100) -> Array:
 
 
 def average_speed(trajectories: Trajectories, steps: int = 100) -> Array:
-    """Mean_i |v_i| in m/s."""
+    """Mean_i |v_i| in m/s.
+
+    Example:
+        >>> import swarm_envs
+        >>> runs = swarm_envs.rollouts("hero_plus", [[0.05, 0, 0.05, 0]], robots=1, initial_poses=[[[0.3, 0.7, 0.0]]], steps=150)
+        >>> average_speed(runs).round(6).tolist()
+        [0.05]
+    """
     return np.asarray(np.hypot(*_last(trajectories, steps).velocity).mean(axis=(1, 2)))
 
 
@@ -140,14 +147,25 @@ def at_wall(world: WorldSpec, poses: npt.ArrayLike) -> Flags:
 
 
 def nearest_distances(positions: npt.ArrayLike) -> Array:
-    """Distance in m from each robot's centre to the nearest other's, (..., robots) of positions (..., robots, 2 or more)."""
+    """Distance in m from each robot's centre to the nearest other's, (..., robots) of positions (..., robots, 2 or more).
+
+    Example:
+        >>> nearest_distances([[0, 0], [3, 4], [3, 0]]).tolist()
+        [3.0, 4.0, 3.0]
+    """
     where = np.asarray(positions, dtype=np.float64)
     flat = np.ascontiguousarray(where[..., :2]).reshape(-1, where.shape[-2], 2)
     return np.asarray(_nearest(flat).reshape(where.shape[:-1]))
 
 
 def world_radius(world: WorldSpec) -> float:
-    """Half the diagonal of the arena's bounding box in m: the r of the formulas."""
+    """Half the diagonal of the arena's bounding box in m: the r of the formulas.
+
+    Example:
+        >>> import swarm_envs
+        >>> round(world_radius(swarm_envs.load_world("hero_plus")), 4)
+        1.1075
+    """
     return math.hypot(*world.size) / 2
 
 

@@ -69,6 +69,8 @@ class FleetServer(asyncio.DatagramProtocol):
         self.log = log
         self.stopped = False
         """Latched by :meth:`estop`: no heartbeat is sent until :meth:`rearm`."""
+        self._stops = 0
+        """How often the emergency stop was asked for."""
         self.run: str | None = None
         self.events: list[str] = []
         """What an operator should know, newest last."""
@@ -156,6 +158,7 @@ class FleetServer(asyncio.DatagramProtocol):
     def estop(self) -> None:
         """Stop every robot now, and latch: sent at once, repeated until each has said that it has stopped."""
         self.stopped = True
+        self._stops += 1
         for link in self.links.values():
             if link.nonce != 0:
                 self._send(link, link.command(FrameType.ESTOP)[1])
@@ -163,7 +166,19 @@ class FleetServer(asyncio.DatagramProtocol):
         self._end_run()
 
     async def rearm(self) -> list[Outcome]:
-        """Release the latch here and on every robot that is in ESTOP or FAULT; all are in HOLD afterwards."""
+        """Release the latch here and on every robot that is in ESTOP or FAULT; all are in HOLD afterwards.
+
+        A robot's last report may be older than the stop: it may still run, or stop only after a release that passed it by. So
+        each says first that it has stopped; while one does not, or when a stop is asked for meanwhile, the latch stays.
+        """
+        stops = self._stops
+        if self.stopped:
+            stopping = await self._all(self._present(), FrameType.ESTOP, lambda _: b"", lambda status: status.state == RobotState.ESTOP)
+            if not all(outcome.done for outcome in stopping):
+                self._note("rearm given up: " + "; ".join(f"{outcome.robot} {outcome.reason}" for outcome in stopping if not outcome.done))
+                return stopping
+            if stops != self._stops:
+                return [Outcome(outcome.robot, False, "was stopped again meanwhile") for outcome in stopping]
         self.stopped = False
         self._note("rearm")
         links = [link for link in self._present() if link.status is not None and link.status.state in (RobotState.ESTOP, RobotState.FAULT)]

@@ -5,7 +5,6 @@ Run from the repository root: python docs/images/make_behaviours.py
 
 from __future__ import annotations
 
-import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +12,7 @@ from PIL import Image, ImageDraw
 
 from swarm_envs import Trajectories, behaviours, load_world, rollouts
 from swarm_envs.rendering import Renderer
-from swarm_envs.worlds import Contact, WorldSpec
+from swarm_envs.worlds import WorldSpec
 
 FOLDER = Path(__file__).parent
 CONTROLLERS = 1200
@@ -27,7 +26,7 @@ CLEAR = 0.3
 
 def main() -> None:
     """Draw one strip of clear examples per label and one of borderline cases per rule."""
-    runs = {name: _runs(world) for name, world in (("hero_plus", load_world("hero_plus")), ("unrefined", _unrefined()))}
+    runs = {name: _runs(load_world(name)) for name in ("hero_plus", "unrefined")}
     seen_in = {"milling": "unrefined", "wall following": "unrefined"}
     for label in behaviours.LABELS:
         run = runs[seen_in.get(label, "hero_plus")]
@@ -41,14 +40,6 @@ def main() -> None:
             border = np.argsort(margin, kind="stable")[:TILES]
             border = border[np.argsort(-scores[label][border])]
             _strip(run, border, [f"{scores[label][i]:+.2f} {names[i]}" for i in border], f"{_slug(label)}-borderline.png")
-
-
-def _unrefined() -> WorldSpec:
-    """The paper's default simulator in short: no friction, no shield, full speed."""
-    world = load_world("hero_plus")
-    bare = tuple(dataclasses.replace(r, body=dataclasses.replace(r.body, contact_radius=0.037, visible_radius=0.037)) for r in world.robots)
-    limits = dataclasses.replace(world.limits, linear_speed=0.2, angular_speed=3.0)
-    return world.replace(name="unrefined", robots=bare, contact=Contact(), limits=limits)
 
 
 def _runs(world: WorldSpec) -> Trajectories:

@@ -14,6 +14,7 @@ from typing import Any
 import gymnasium as gym
 
 import swarm_envs
+from docs.site import atlas
 from swarm_envs.envs.registration import ENVIRONMENTS
 from swarm_envs.envs.swarm import SwarmEnv
 from swarm_envs.envs.tasks import TASKS
@@ -30,6 +31,7 @@ def pages() -> dict[str, str]:
     written["environments/index.md"] = environment_index()
     written |= {f"worlds/{name}.md": world_page(swarm_envs.load_world(name)) for name in swarm_envs.world_names()}
     written["worlds/index.md"] = world_index()
+    written["atlas.md"] = atlas_page(atlas.read())
     return written
 
 
@@ -70,9 +72,10 @@ def clip(preset: dict[str, Any], up: str = "../") -> str:
     )
 
 
-def open_in_playground(preset: dict[str, Any]) -> str:
-    """Return the address of the front page with a preset running."""
-    return f"../index.html#w={preset['world']}&c={','.join(f'{value:g}' for value in preset['controller'])}&n=8&s={preset['seed']}"
+def open_in_playground(preset: dict[str, Any], up: str = "../") -> str:
+    """Return the address of the front page with a preset running; ``index`` is its world in rollouts with the seed, 0 unless given."""
+    numbers, index = ",".join(repr(value) for value in preset["controller"]), preset.get("index", 0)
+    return f"{up}index.html#w={preset['world']}&c={numbers}&n=8&s={preset['seed']}" + (f"&i={index}" if index else "")
 
 
 def clip_gallery(presets: list[dict[str, Any]]) -> str:
@@ -116,10 +119,17 @@ def environment_page(name: str, task: str | None) -> str:
         ("Many swarms", f'`gym.make_vec("{name}", num_envs=256, vectorization_mode="vector_entry_point")`'),
     ]
     env.close()
-    table = "| | |\n|---|---|\n" + "\n".join(f"| {key} | {value} |" for key, value in spaces)
+    table = "| what | value |\n|---|---|\n" + "\n".join(f"| {key} | {value} |" for key, value in spaces)
     parts = [f"# {name}", head, table, "## Behaviours", clip_gallery(clips_of(task))]
     parts += [f"## {title}\n{text}" for title, text in body.items()]
-    return "\n\n".join(parts).replace("```python", "```{code-block} python").rstrip() + "\n"
+    made = "```{code-block} python\nimport gymnasium as gym\nimport swarm_envs\n\nenv = gym.make("
+    return (
+        "\n\n".join(parts)
+        .replace("```python\ngym.make(", made)
+        .replace("         robot_software", "               robot_software")
+        .rstrip()
+        + "\n"
+    )
 
 
 def box_text(space: gym.Space[Any]) -> str:
@@ -134,7 +144,8 @@ def environment_index() -> str:
     cards = []
     for name, task in ENVIRONMENTS.items():
         text = "Any world, no reward: the bare swarm." if task is None else inspect.cleandoc(TASKS[task].__doc__ or "").split("\n")[0]
-        cards.append(f":::{{grid-item-card}} {name}\n:link: {slug(name)}\n:link-type: doc\n\n{clip(clips_of(task)[0])}\n\n{text}\n:::\n")
+        film = clips_of(task)[0] if task else clips_of("CyclicPursuit")[1]  # one that no other card shows
+        cards.append(f":::{{grid-item-card}} {name}\n:link: {slug(name)}\n:link-type: doc\n\n{clip(film)}\n\n{text}\n:::\n")
     tree = "\n".join(f"{name} <{slug(name)}>" for name in ENVIRONMENTS)
     return (
         "# Environments\n\nOne swarm, six ids, each in Gymnasium and in PettingZoo, scalar and vectorised. The clips run at ten times "
@@ -241,12 +252,70 @@ def playground_world(world: WorldSpec) -> dict[str, Any] | None:
 def playground_data() -> str:
     """Return worlds and presets as the JavaScript module that the playground is built with."""
     worlds = {name: playground_world(swarm_envs.load_world(name)) for name in swarm_envs.world_names()}
-    starts = []
-    for preset in PRESETS:
-        first = swarm_envs.rollouts(preset["world"], [preset["controller"]], seed=preset["seed"], steps=0, threads=1)
-        starts.append(preset | {"poses": first.poses[0, 0].round(6).tolist()})
-    data = {"worlds": {name: world for name, world in worlds.items() if world}, "presets": starts}
+    data = {"worlds": {name: world for name, world in worlds.items() if world}, "presets": PRESETS}
     return "// Written by docs/site/generate.py from the world files.\nexport default " + json.dumps(data, indent=1) + ";\n"
+
+
+def medoid_table(data: dict[str, Any]) -> str:
+    """Return the atlas's medoids as a table, for who cannot use the map."""
+    rows = ["| no. | behaviour | share | nobody in view | a robot in view | other engine | play |", "|---|---|---|---|---|---|---|"]
+    world, genes, labels = data["run"]["world"], atlas.controllers(data), atlas.labels(data)
+    for number, medoid in enumerate(data["medoids"], 1):
+        row, (seed, index) = medoid["row"], atlas.start_of(data, medoid["row"])
+        v0, w0, v1, w1 = genes[row]
+        address = open_in_playground({"world": world, "controller": genes[row].tolist(), "seed": seed, "index": index}, "")
+        cells = [
+            str(number),
+            labels[row].replace(" ", "&nbsp;"),
+            f"{100 * medoid['share']:.0f}&nbsp;%",
+            f"{100 * v0:.1f} cm/s, {w0:.2f} rad/s",
+            f"{100 * v1:.1f} cm/s, {w1:.2f} rad/s",
+            {True: "confirms", False: "differs", None: "not asked"}[medoid["confirmed"]],
+            f'<a href="{address}" aria-label="Open medoid {number} in the playground">open</a>',
+        ]
+        rows.append("| " + " | ".join(cells) + " |")
+    return "\n".join(rows)
+
+
+def atlas_page(data: dict[str, Any]) -> str:
+    """Return the atlas: the map's place, the medoids as a table, and where the data come from."""
+    run = data["run"]
+    commit = f", commit `{run['commit'][:10]}`" if run["commit"] else ""
+    return f"""# Behaviour atlas
+
+What can eight robots with four numbers do? Each point is one of the {run["evaluations"]:,} controllers that a discovery run
+evaluated in [{run["world"]}](worlds/{run["world"]}.md). Near on the map is alike to the run's encoder; colours are the
+[rules' names](guides/behaviours.md). Point at one to see what it does, click to keep it. Numbered rings are the
+{len(data["medoids"])} medoids that stand for all.
+
+```{{raw}} html
+:file: atlas_map.html
+```
+
+## The medoids
+
+{medoid_table(data)}
+
+*Share* is the part of the archive that a medoid stands for. *Confirms* means that most runs from five new starts get the same
+name from both engines.
+
+## Where the data come from
+
+Experiment `{run["name"]}`, seed {run["seed"]}{commit}, finished on {run["finished"][:10]}:
+
+```{{code-block}} text
+{run["command"]}
+```
+
+World `{run["world"]}`, engine `{run["engine"]}`, {run["steps"]} ticks, {run["evaluations"]:,} evaluations. The encoder was trained
+for {run["epochs"]} epochs on {run["videos"]:,} videos in batches of {run["batch"]:,}, starting from {run["origin"]}. The paper's
+search made 5,000 evaluations, too; its encoder was trained for 100 epochs on 6,000 videos in batches of 1,000, starting from
+ImageNet weights.
+
+The map is t-SNE of the {run["evaluations"]:,} embeddings: neighbours mean something, distances across the map and the axes do not.
+A picture here is the run's controller from the run's start, with contact solved [in the browser](design.md#the-playground); the
+command repeats Python's own run to the bit.
+"""
 
 
 def write() -> None:

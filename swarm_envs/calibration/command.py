@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from swarm_envs.calibration.errors import LogError
+from swarm_envs.calibration.log import Log, read_log
 from swarm_envs.calibration.prediction import evaluate
 from swarm_envs.worlds import WorldError
 
@@ -16,10 +17,12 @@ from swarm_envs.worlds import WorldError
 def parser() -> argparse.ArgumentParser:
     """Return the command's arguments."""
     arguments = argparse.ArgumentParser(prog="swarm-calibrate", description=__doc__)
-    arguments.add_argument("log", nargs="?", help="folder with log.yaml, poses, commands and, if any, detections")
+    arguments.add_argument("log", nargs="*", help="folder with log.yaml, poses, commands and, if any, detections; or ROS bags")
+    arguments.add_argument("--topics", metavar="MAP", help="YAML file that says which topics of the bags are what (default: guessed)")
     arguments.add_argument("--world", default="hero_plus", help="world to calibrate: a name or a YAML file (default: %(default)s)")
     arguments.add_argument("--out", type=Path, help="folder for findings.json, extended.yaml and report.html")
-    arguments.add_argument("--evaluate", nargs=2, metavar=("WORLD", "LOG"), help="predict a log with a world, nothing fitted")
+    arguments.add_argument("--evaluate", nargs="+", metavar=("WORLD", "LOG"), help="predict a log with a world, nothing fitted")
+    arguments.add_argument("--leave-one-out", action="store_true", help="calibrate again without each run; see how the findings move")
     arguments.add_argument("--json", action="store_true", help="print JSON instead of text")
     return arguments
 
@@ -29,18 +32,23 @@ def main(given: Sequence[str] | None = None) -> int:
     arguments = parser().parse_args(given)
     try:
         if arguments.evaluate:
-            _evaluate(*arguments.evaluate, as_json=arguments.json)
-        elif arguments.log is None or arguments.out is None:
+            world, *logs = arguments.evaluate
+            if not logs or arguments.log:
+                raise LogError("give --evaluate WORLD LOG, or LOG --world WORLD --out FOLDER")
+            _evaluate(world, read_log(*logs, topics=arguments.topics), as_json=arguments.json)
+        elif not arguments.log or arguments.out is None:
             raise LogError("give LOG --world WORLD --out FOLDER, or --evaluate WORLD LOG")
         else:
-            _calibrate(arguments.log, arguments.world, arguments.out, as_json=arguments.json)
+            _calibrate(arguments)
     except (LogError, WorldError, OSError) as error:
         print(f"swarm-calibrate: {error}", file=sys.stderr)
         return 2
     return 0
 
 
-def _evaluate(world: str, log: str, *, as_json: bool) -> None:
+def _evaluate(world: str, log: Log, *, as_json: bool) -> None:
+    for note in log.notes:
+        print(f"  {note}", file=sys.stderr)
     result = evaluate(world, log)
     if as_json:
         print(json.dumps(result))
@@ -50,15 +58,23 @@ def _evaluate(world: str, log: str, *, as_json: bool) -> None:
         print(f"{horizon:>5} s  {1e3 * row['position_m']:9.1f} mm  {row['heading_rad']:7.3f} rad  {row['windows']:7.0f}")
 
 
-def _calibrate(log: str, world: str, out: Path, *, as_json: bool) -> None:
+def _calibrate(arguments: argparse.Namespace) -> None:
     try:
         from swarm_envs.calibration.findings import calibrate
+        from swarm_envs.calibration.progress import Progress
         from swarm_envs.calibration.report import write_folder
+        from swarm_envs.calibration.stability import leave_one_out
     except ImportError as error:
         raise LogError(f"{error}; install swarm-envs[calibration]") from None
-    findings = calibrate(log, world, progress=lambda text: print(f"  {text}", file=sys.stderr, flush=True))
-    write_folder(findings, out)
-    if as_json:
+    log = read_log(*arguments.log, topics=arguments.topics)
+    with Progress() as progress:
+        for note in log.notes:
+            progress(note)
+        findings = calibrate(log, arguments.world, progress)
+        stability = leave_one_out(log, findings.spec, findings.causes, progress) if arguments.leave_one_out else None
+        progress("writing the report")
+        write_folder(findings, arguments.out, stability)
+    if arguments.json:
         print(findings.to_json(), end="")
         return
     for cause in findings.causes:
@@ -68,8 +84,12 @@ def _calibrate(log: str, world: str, out: Path, *, as_json: bool) -> None:
     if findings.unexplained is not None:
         print(f"unexplained: {findings.unexplained.channel} depends on {findings.unexplained.depends_on}")
     for gain in findings.gain:
-        print(f"{gain.metric} after {gain.horizon_s:g} s: {gain.before:.4g} -> {gain.after:.4g} {gain.unit}, held out")
-    print(f"written: {out}/findings.json, {out}/extended.yaml, {out}/report.html")
+        after = "" if gain.horizon_s is None else f" after {gain.horizon_s:g} s"
+        print(f"{gain.metric}{after}: {gain.before:.4g} -> {gain.after:.4g} {gain.unit}, held out")
+    if stability is not None:
+        for effect, times in stability.named.items():
+            print(f"{effect}: named {times} times of {stability.runs} with a run left out")
+    print(f"written: {arguments.out}/findings.json, {arguments.out}/extended.yaml, {arguments.out}/report.html")
 
 
 if __name__ == "__main__":

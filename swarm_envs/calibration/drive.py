@@ -42,7 +42,7 @@ def drive_parameters(world: WorldSpec) -> FloatArray:
     return np.array([*values, 0.0, world.robots[0].drive.wheel_base])
 
 
-@compiled()
+@compiled(_nrt=False)
 def target(p: FloatArray, gain: FloatArray, v: float, omega: float, now: float) -> tuple[float, float]:
     """Return what the motors are asked for at a time, v in m/s and omega in rad/s.
 
@@ -71,7 +71,7 @@ def target(p: FloatArray, gain: FloatArray, v: float, omega: float, now: float) 
     return v, omega
 
 
-@compiled()
+@compiled(_nrt=False)
 def lag(now: float, goal: float, duration: float, time_constant: float) -> tuple[float, float]:
     """Return a first-order response's mean over ``duration`` s and its value after it."""
     if time_constant <= 1e-9:
@@ -80,13 +80,13 @@ def lag(now: float, goal: float, duration: float, time_constant: float) -> tuple
     return goal + (now - goal) * time_constant / duration * (1.0 - left), goal + (now - goal) * left
 
 
-@compiled()
+@compiled(_nrt=False)
 def sinc(x: float) -> float:
     """Return sin(x) / x."""
     return math.sin(x) / x if abs(x) > 1e-4 else 1.0 - x * x / 6.0
 
 
-@compiled()
+@compiled(_nrt=False)
 def run_freely(
     p: FloatArray, gain: FloatArray, command_times: FloatArray, commands: FloatArray, times: FloatArray, out: FloatArray
 ) -> None:

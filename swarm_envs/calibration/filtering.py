@@ -10,6 +10,7 @@ command is in force is carried along.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -37,6 +38,8 @@ from swarm_envs.calibration.log import BoolArray, FloatArray, Log
 from swarm_envs.calibration.prediction import tracked
 from swarm_envs.compiled import compiled
 
+LONGEST_ARC = 0.25
+"""Time in s over which the noise of a motion without lag is taken to have one direction."""
 BEAM = 5
 """Hypotheses of the command in force that are carried along."""
 COMING_TO_REST = 1.0
@@ -80,6 +83,14 @@ class Measured:
     def of_runs(self, runs: Sequence[int]) -> Measured:
         """Return the pieces of some groups only."""
         return self.of_pieces([piece for piece in range(len(self.robot)) if self.run[piece] in set(runs)])
+
+    def thinned(self) -> Measured:
+        """Return every second pose only."""
+        kept = np.zeros(len(self.times), bool)
+        for piece in range(len(self.robot)):
+            kept[self.first[piece] : self.first[piece + 1] : 2] = True
+        first = np.concatenate([[0], np.cumsum(kept)])[self.first]
+        return dataclasses.replace(self, times=self.times[kept], poses=self.poses[kept], touching=self.touching[kept], first=first)
 
     def of_pieces(self, pieces: Sequence[int]) -> Measured:
         """Return some pieces only."""
@@ -164,37 +175,33 @@ def filter_log(parameters: FloatArray, noise: FloatArray, gains: FloatArray, dat
     """
     count = len(data.times)
     out = Filtered(np.zeros(count), np.zeros((count, 3)), np.tile(np.eye(3), (count, 1, 1)))
+    most = 2 * BEAM
     _filter(
         parameters, noise, gains, data.times, data.poses, data.touching, data.first, data.command_times, data.commands, data.command_first,
-        data.robot, out.log_likelihood, out.innovation, out.covariance,
+        data.robot, np.zeros((most, 3)), np.zeros((most, 3, 3)), np.zeros((most, 2)), np.zeros((most, 2)), np.zeros(most, np.bool_),
+        np.zeros((5, most)), np.zeros((most, 3)), np.zeros((most, 3, 3)), out.log_likelihood, out.innovation, out.covariance,
     )  # fmt: skip
     return out
 
 
-@compiled()
+@compiled(_nrt=False)
 def _filter(
     p: FloatArray, noise: FloatArray, gains: FloatArray, times: FloatArray, poses: FloatArray, touching: BoolArray, first: IntArray,
     command_times: FloatArray, commands: FloatArray, command_first: IntArray, robot: IntArray,
-    likelihood: FloatArray, innovation: FloatArray, covariance: FloatArray,
+    state: FloatArray, spread: FloatArray, motor: FloatArray, held: FloatArray, moving: BoolArray, work: FloatArray, nu: FloatArray,
+    expected: FloatArray, likelihood: FloatArray, innovation: FloatArray, covariance: FloatArray,
 ) -> None:  # fmt: skip
-    """Write the log-likelihood (N,), innovation (N, 3) and its covariance (N, 3, 3) of every pose."""
+    """Write the log-likelihood (N,), innovation (N, 3) and its covariance (N, 3, 3) of every pose; the others are working space."""
     most = BEAM if p[COMMAND_LOSS] > 0.0 else 1
-    state = np.zeros((2 * BEAM, 3))
-    spread = np.zeros((2 * BEAM, 3, 3))
-    motor = np.zeros((2 * BEAM, 2))
-    held = np.zeros((2 * BEAM, 2))
-    moving = np.zeros(2 * BEAM, np.bool_)
-    moved = np.zeros(2 * BEAM)
-    weight = np.zeros(2 * BEAM)
-    scores = np.zeros(2 * BEAM)
-    nu = np.zeros((2 * BEAM, 3))
-    expected = np.zeros((2 * BEAM, 3, 3))
+    moved, weight, scores = work[0], work[1], work[2]
     r_place, r_heading = noise[PLACE] ** 2, noise[HEADING] ** 2
+    # without lag a command's motion is an arc however long it lasts
+    longest = LONGEST_STEP if p[MOTOR_LAG] > 1e-9 else LONGEST_ARC
     for piece in range(robot.shape[0]):
         gain = gains[robot[piece]]
         beams = 1
-        motor[0] = 0.0
-        held[0] = 0.0
+        motor[0, 0] = motor[0, 1] = 0.0
+        held[0, 0] = held[0, 1] = 0.0
         moving[0] = False
         moved[0] = -1e9
         weight[0] = 0.0
@@ -224,31 +231,35 @@ def _filter(
                             spread[h, 2, 2] += p[KICK_SD] ** 2
                             kicked = now
                         moving[h] = moves
-                until = min(times[n], now + LONGEST_STEP)
+                until = min(times[n], now + longest)
                 if next_command < last_command:
                     until = min(until, command_times[next_command] + p[DEAD_TIME])
-                dt = until - now
                 # a robot may move from when it is asked to, whatever dead time the model has
                 while next_given < last_command and command_times[next_given] <= now + 1e-12:
                     asking = commands[next_given, 0] != 0.0 or commands[next_given, 1] != 0.0
                     next_given += 1
+                if next_given < last_command:
+                    until = min(until, max(now, command_times[next_given]))
+                dt = until - now
                 if asking:
                     asked = now
                 for h in range(beams):
                     moved[h] = max(moved[h], asked)
-                    _advance(p, noise, gain, held[h], motor[h], moving[h], moved, h, now, dt, state[h], spread[h])
+                    _advance(p, noise, gain, held, motor, moving[h], moved, h, now, dt, state, spread)
                 now = until
             if not started or touching[n]:
                 started = True
                 for h in range(beams):
-                    state[h] = poses[n]
-                    spread[h] = 0.0
+                    for i in range(3):
+                        state[h, i] = poses[n, i]
+                        for j in range(3):
+                            spread[h, i, j] = 0.0
                     spread[h, 0, 0] = spread[h, 1, 1] = r_place
                     spread[h, 2, 2] = r_heading
                 continue
             best = 0
             for h in range(beams):
-                scores[h] = weight[h] + _update(poses[n], r_place, r_heading, state[h], spread[h], nu[h], expected[h])
+                scores[h] = weight[h] + _update(poses, n, r_place, r_heading, state, spread, h, nu, expected)
                 if scores[h] > scores[best]:
                     best = h
             total = 0.0
@@ -256,92 +267,91 @@ def _filter(
                 total += math.exp(scores[h] - scores[best])
             total = scores[best] + math.log(total)
             likelihood[n] = total
-            innovation[n] = nu[best]
-            covariance[n] = expected[best]
+            for i in range(3):
+                innovation[n, i] = nu[best, i]
+                for j in range(3):
+                    covariance[n, i, j] = expected[best, i, j]
             for h in range(beams):
                 weight[h] = scores[h] - total
                 if times[n] - kicked < KICKING:
                     spread[h, 2, 2] += p[KICK_SD] ** 2
 
 
-@compiled()
+@compiled(_nrt=False)
 def _advance(
     p: FloatArray, noise: FloatArray, gain: FloatArray, held: FloatArray, motor: FloatArray, moving: bool, moved: FloatArray, h: int,
     now: float, dt: float, state: FloatArray, spread: FloatArray,
 ) -> None:  # fmt: skip
-    """Move one hypothesis by ``dt`` s."""
-    goal_v, goal_omega = target(p, gain, held[0], held[1], now + 0.5 * dt)
-    v, motor[0] = lag(motor[0], goal_v, dt, p[MOTOR_LAG])
-    omega, motor[1] = lag(motor[1], goal_omega, dt, p[MOTOR_LAG])
+    """Move hypothesis ``h`` by ``dt`` s."""
+    goal_v, goal_omega = target(p, gain, held[h, 0], held[h, 1], now + 0.5 * dt)
+    v, motor[h, 0] = lag(motor[h, 0], goal_v, dt, p[MOTOR_LAG])
+    omega, motor[h, 1] = lag(motor[h, 1], goal_omega, dt, p[MOTOR_LAG])
+    if moving or abs(motor[h, 0]) > 1e-3 or abs(motor[h, 1]) > 1e-2:
+        moved[h] = now
+    share = dt if now - moved[h] < COMING_TO_REST else dt * RESTING * RESTING
+    along, across = share * noise[ALONG] ** 2, share * noise[ACROSS] ** 2
     half = 0.5 * (omega + p[TURN_BIAS] * v) * dt
     chord = v * sinc(half) * dt
-    direction = state[2] - p[MARKER_YAW] + half
+    direction = state[h, 2] - p[MARKER_YAW] + half
     c, s = math.cos(direction), math.sin(direction)
-    state[0] += chord * c
-    state[1] += chord * s
-    state[2] += 2.0 * half
-    if moving:
-        state[0] += p[FLOOR_X] * dt
-        state[1] += p[FLOOR_Y] * dt
-    if moving or abs(motor[0]) > 1e-3 or abs(motor[1]) > 1e-2:
-        moved[h] = now
-    # P = F P F' with F = [[1, 0, fx], [0, 1, fy], [0, 0, 1]]
     fx, fy = -chord * s, chord * c
-    p02, p12, p22 = spread[0, 2], spread[1, 2], spread[2, 2]
-    spread[0, 0] += 2.0 * fx * p02 + fx * fx * p22
-    spread[1, 1] += 2.0 * fy * p12 + fy * fy * p22
-    spread[0, 1] += fx * p12 + fy * p02 + fx * fy * p22
-    spread[0, 2] += fx * p22
-    spread[1, 2] += fy * p22
-    share = 1.0 if now - moved[h] < COMING_TO_REST else RESTING * RESTING
-    along, across = share * dt * noise[ALONG] ** 2, share * dt * noise[ACROSS] ** 2
-    spread[0, 0] += along * c * c + across * s * s
-    spread[1, 1] += along * s * s + across * c * c
-    spread[0, 1] += (along - across) * c * s
-    spread[2, 2] += share * dt * noise[TURN] ** 2
-    spread[1, 0] = spread[0, 1]
-    spread[2, 0] = spread[0, 2]
-    spread[2, 1] = spread[1, 2]
+    state[h, 0] += fy
+    state[h, 1] -= fx
+    state[h, 2] += 2.0 * half
+    if moving:
+        state[h, 0] += p[FLOOR_X] * dt
+        state[h, 1] += p[FLOOR_Y] * dt
+    # P = F P F' with F = [[1, 0, fx], [0, 1, fy], [0, 0, 1]]
+    p02, p12, p22 = spread[h, 0, 2], spread[h, 1, 2], spread[h, 2, 2]
+    spread[h, 0, 0] += 2.0 * fx * p02 + fx * fx * p22 + along * c * c + across * s * s
+    spread[h, 1, 1] += 2.0 * fy * p12 + fy * fy * p22 + along * s * s + across * c * c
+    spread[h, 0, 1] += fx * p12 + fy * p02 + fx * fy * p22 + (along - across) * c * s
+    spread[h, 0, 2] += fx * p22
+    spread[h, 1, 2] += fy * p22
+    spread[h, 2, 2] += share * noise[TURN] ** 2
+    spread[h, 1, 0] = spread[h, 0, 1]
+    spread[h, 2, 0] = spread[h, 0, 2]
+    spread[h, 2, 1] = spread[h, 1, 2]
 
 
-@compiled()
+@compiled(_nrt=False)
 def _update(
-    pose: FloatArray, r_place: float, r_heading: float, state: FloatArray, spread: FloatArray, nu: FloatArray, expected: FloatArray
-) -> float:
-    """Take in a measured pose; returns its log-likelihood, writes innovation (3,) and its covariance (3, 3)."""
-    for i in range(3):
-        nu[i] = pose[i] - state[i]
-        for j in range(3):
-            expected[i, j] = spread[i, j]
-        expected[i, i] += r_heading if i == 2 else r_place
-    inverse = np.empty((3, 3))
-    determinant = _invert(expected, inverse)
-    squared = 0.0
-    for i in range(3):
-        for j in range(3):
-            squared += nu[i] * inverse[i, j] * nu[j]
-    gain = np.empty((3, 3))
-    for i in range(3):
-        for j in range(3):
-            total = 0.0
-            for k in range(3):
-                total += spread[i, k] * inverse[k, j]
-            gain[i, j] = total
-    before = spread.copy()
-    for i in range(3):
-        for j in range(3):
-            state[i] += gain[i, j] * nu[j]
-            total = 0.0
-            for k in range(3):
-                total += gain[i, k] * before[k, j]
-            spread[i, j] = before[i, j] - total
-    for i in range(3):
-        for j in range(i):
-            spread[i, j] = spread[j, i] = 0.5 * (spread[i, j] + spread[j, i])
-    return -0.5 * (squared + math.log(determinant) + 3.0 * math.log(2.0 * math.pi))
+    poses: FloatArray, n: int, r_place: float, r_heading: float, state: FloatArray, spread: FloatArray, h: int, nu: FloatArray,
+    expected: FloatArray,
+) -> float:  # fmt: skip
+    """Take in a measured pose; returns its log-likelihood, writes innovation (3,) and its covariance (3, 3) of hypothesis ``h``."""
+    p00, p01, p02 = spread[h, 0, 0], spread[h, 0, 1], spread[h, 0, 2]
+    p11, p12, p22 = spread[h, 1, 1], spread[h, 1, 2], spread[h, 2, 2]
+    a, d, f = p00 + r_place, p11 + r_place, p22 + r_heading
+    nu0, nu1, nu2 = poses[n, 0] - state[h, 0], poses[n, 1] - state[h, 1], poses[n, 2] - state[h, 2]
+    nu[h, 0], nu[h, 1], nu[h, 2] = nu0, nu1, nu2
+    expected[h, 0, 0], expected[h, 1, 1], expected[h, 2, 2] = a, d, f
+    expected[h, 0, 1] = expected[h, 1, 0] = p01
+    expected[h, 0, 2] = expected[h, 2, 0] = p02
+    expected[h, 1, 2] = expected[h, 2, 1] = p12
+    i00, i01, i02 = d * f - p12 * p12, p02 * p12 - p01 * f, p01 * p12 - p02 * d
+    determinant = a * i00 + p01 * i01 + p02 * i02
+    i00, i01, i02 = i00 / determinant, i01 / determinant, i02 / determinant
+    i11, i12, i22 = (a * f - p02 * p02) / determinant, (p01 * p02 - a * p12) / determinant, (a * d - p01 * p01) / determinant
+    w0, w1, w2 = i00 * nu0 + i01 * nu1 + i02 * nu2, i01 * nu0 + i11 * nu1 + i12 * nu2, i02 * nu0 + i12 * nu1 + i22 * nu2
+    state[h, 0] += p00 * w0 + p01 * w1 + p02 * w2
+    state[h, 1] += p01 * w0 + p11 * w1 + p12 * w2
+    state[h, 2] += p02 * w0 + p12 * w1 + p22 * w2
+    # P - P S^-1 P
+    g00, g01, g02 = p00 * i00 + p01 * i01 + p02 * i02, p00 * i01 + p01 * i11 + p02 * i12, p00 * i02 + p01 * i12 + p02 * i22
+    g10, g11, g12 = p01 * i00 + p11 * i01 + p12 * i02, p01 * i01 + p11 * i11 + p12 * i12, p01 * i02 + p11 * i12 + p12 * i22
+    g20, g21, g22 = p02 * i00 + p12 * i01 + p22 * i02, p02 * i01 + p12 * i11 + p22 * i12, p02 * i02 + p12 * i12 + p22 * i22
+    spread[h, 0, 0] = p00 - (g00 * p00 + g01 * p01 + g02 * p02)
+    spread[h, 1, 1] = p11 - (g10 * p01 + g11 * p11 + g12 * p12)
+    spread[h, 2, 2] = p22 - (g20 * p02 + g21 * p12 + g22 * p22)
+    spread[h, 0, 1] = spread[h, 1, 0] = p01 - (g00 * p01 + g01 * p11 + g02 * p12)
+    spread[h, 0, 2] = spread[h, 2, 0] = p02 - (g00 * p02 + g01 * p12 + g02 * p22)
+    spread[h, 1, 2] = spread[h, 2, 1] = p12 - (g10 * p02 + g11 * p12 + g12 * p22)
+    squared = nu0 * w0 + nu1 * w1 + nu2 * w2
+    return float(-0.5 * (squared + math.log(max(determinant, 1e-300)) + 3.0 * math.log(2.0 * math.pi)))
 
 
-@compiled()
+@compiled(_nrt=False)
 def _invert(m: FloatArray, inverse: FloatArray) -> float:
     """Write the inverse of a symmetric 3 x 3 matrix; returns the determinant."""
     a, b, c, d, e, f = m[0, 0], m[0, 1], m[0, 2], m[1, 1], m[1, 2], m[2, 2]
@@ -356,7 +366,22 @@ def _invert(m: FloatArray, inverse: FloatArray) -> float:
     return float(max(determinant, 1e-300))
 
 
-@compiled()
+@compiled(_nrt=False)
+def _copy(
+    source: int, goal: int, state: FloatArray, spread: FloatArray, motor: FloatArray, held: FloatArray, moving: BoolArray,
+    moved: FloatArray, weight: FloatArray,
+) -> None:  # fmt: skip
+    """Write one hypothesis over another."""
+    for i in range(3):
+        state[goal, i] = state[source, i]
+        for j in range(3):
+            spread[goal, i, j] = spread[source, i, j]
+    for i in range(2):
+        motor[goal, i], held[goal, i] = motor[source, i], held[source, i]
+    moving[goal], moved[goal], weight[goal] = moving[source], moved[source], weight[source]
+
+
+@compiled(_nrt=False)
 def _branch(
     lost: float, v: float, omega: float, beams: int, most: int, state: FloatArray, spread: FloatArray, motor: FloatArray,
     held: FloatArray, moving: BoolArray, moved: FloatArray, weight: FloatArray,
@@ -366,12 +391,7 @@ def _branch(
     for h in range(beams):
         if held[h, 0] == v and held[h, 1] == omega:
             continue
-        state[count] = state[h]
-        spread[count] = spread[h]
-        motor[count] = motor[h]
-        held[count] = held[h]
-        moving[count] = moving[h]
-        moved[count] = moved[h]
+        _copy(h, count, state, spread, motor, held, moving, moved, weight)
         weight[count] = weight[h] + math.log(lost)
         count += 1
         held[h, 0], held[h, 1] = v, omega
@@ -382,19 +402,11 @@ def _branch(
         for h in range(count):
             if weight[h] < weight[worst]:
                 worst = h
-        last = count - 1
-        state[worst] = state[last]
-        spread[worst] = spread[last]
-        motor[worst] = motor[last]
-        held[worst] = held[last]
-        moving[worst] = moving[last]
-        moved[worst] = moved[last]
-        weight[worst] = weight[last]
         count -= 1
+        _copy(count, worst, state, spread, motor, held, moving, moved, weight)
     return count
 
 
-@compiled()
 def information(innovation: FloatArray, covariance: FloatArray, steps: FloatArray, score: FloatArray, fisher: FloatArray) -> None:
     """Write each pose's score (N, Q) and the expected information (Q, Q) of a Gaussian model from finite differences.
 
@@ -405,38 +417,38 @@ def information(innovation: FloatArray, covariance: FloatArray, steps: FloatArra
         score: (N, Q) written.
         fisher: (Q, Q) written.
     """
-    count = innovation.shape[1]
     q = steps.shape[0]
-    inverse = np.empty((3, 3))
-    slope = np.empty((q, 3))
-    weighted = np.empty((q, 3))
-    change = np.empty((q, 3, 3))
-    product = np.empty((q, 3, 3))
+    _information(
+        innovation, covariance, steps, np.empty((3, 3)), np.empty(3), np.empty((q, 3)), np.empty((q, 3)), np.empty((q, 3, 3)), score, fisher
+    )
+
+
+@compiled(_nrt=False)
+def _information(
+    innovation: FloatArray, covariance: FloatArray, steps: FloatArray, inverse: FloatArray, nu: FloatArray, slope: FloatArray,
+    weighted: FloatArray, product: FloatArray, score: FloatArray, fisher: FloatArray,
+) -> None:  # fmt: skip
+    """Do the work of :func:`information`; the arrays between ``steps`` and ``score`` are working space."""
     fisher[:] = 0.0
-    for n in range(count):
+    for n in range(innovation.shape[1]):
         _invert(covariance[0, n], inverse)
-        nu = inverse @ innovation[0, n]
-        for i in range(q):
-            for a in range(3):
-                slope[i, a] = (innovation[i + 1, n, a] - innovation[0, n, a]) / steps[i]
-                for b in range(3):
-                    change[i, a, b] = (covariance[i + 1, n, a, b] - covariance[0, n, a, b]) / steps[i]
-            for a in range(3):
-                total = 0.0
-                for b in range(3):
-                    total += inverse[a, b] * slope[i, b]
-                    entry = 0.0
-                    for c in range(3):
-                        entry += inverse[a, c] * change[i, c, b]
-                    product[i, a, b] = entry
-                weighted[i, a] = total
+        for a in range(3):
+            nu[a] = 0.0
+            for b in range(3):
+                nu[a] += inverse[a, b] * innovation[0, n, b]
+        for i in range(steps.shape[0]):
             value = 0.0
             for a in range(3):
+                slope[i, a] = (innovation[i + 1, n, a] - innovation[0, n, a]) / steps[i]
+                for c in range(3):
+                    change = (covariance[i + 1, n, a, c] - covariance[0, n, a, c]) / steps[i]
+                    value += 0.5 * nu[a] * change * nu[c]
+                    for b in range(3):
+                        product[i, b, c] = inverse[b, a] * change + (product[i, b, c] if a > 0 else 0.0)
+            for a in range(3):
+                weighted[i, a] = inverse[a, 0] * slope[i, 0] + inverse[a, 1] * slope[i, 1] + inverse[a, 2] * slope[i, 2]
                 value -= slope[i, a] * nu[a] + 0.5 * product[i, a, a]
-                for b in range(3):
-                    value += 0.5 * nu[a] * change[i, a, b] * nu[b]
             score[n, i] = value
-        for i in range(q):
             for j in range(i + 1):
                 value = 0.0
                 for a in range(3):
@@ -444,5 +456,6 @@ def information(innovation: FloatArray, covariance: FloatArray, steps: FloatArra
                     for b in range(3):
                         value += 0.5 * product[i, a, b] * product[j, b, a]
                 fisher[i, j] += value
-                if j != i:
-                    fisher[j, i] += value
+    for i in range(steps.shape[0]):
+        for j in range(i):
+            fisher[j, i] = fisher[i, j]

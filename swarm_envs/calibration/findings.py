@@ -16,6 +16,8 @@ from swarm_envs.calibration.identification import Cause, Identified, identify
 from swarm_envs.calibration.log import Log, read_log
 from swarm_envs.calibration.pushing import identify_contact
 from swarm_envs.calibration.sensing import identify_sensor
+from swarm_envs.calibration.swarm_gain import swarm_gain
+from swarm_envs.calibration.unlisted import Unlisted, find_unlisted
 from swarm_envs.worlds import WorldSpec, load_world
 
 LARGEST = 3
@@ -26,8 +28,8 @@ LARGEST = 3
 class Findings:
     """What calibration found; :meth:`to_json` has the schema of ``findings.json``."""
 
-    world: str
-    """Name of the world that was calibrated."""
+    spec: WorldSpec
+    """The world that was calibrated."""
     log: Log
     """The data."""
     discrepancies: tuple[Discrepancy, ...]
@@ -40,6 +42,8 @@ class Findings:
     """Effects that were tried and not named, with their p-values."""
     unexplained: Discrepancy | None
     """The largest dependence that is left with all named effects, if any is certain."""
+    unlisted: Unlisted | None
+    """That dependence as smooth functions, where correcting it predicts held-out runs better."""
     gain: tuple[Gain, ...]
     """Before and after, on held-out runs."""
     extended: WorldSpec
@@ -66,13 +70,14 @@ class Findings:
         ]
         unexplained = None if self.unexplained is None else asdict(self.unexplained)
         document: dict[str, Any] = {
-            "world": self.world,
+            "world": self.spec.name,
             "data": {"name": self.log.name, "runs": len(self.log.runs), "robots": len(self.log.robots), "notes": list(self.notes)},
             "discrepancies": [asdict(entry) for entry in self.discrepancies],
             "causes": causes,
             "indistinguishable": [list(group) for group in self.indistinguishable],
             "rejected": [{"effect": name, "p_value": p} for name, p in self.rejected],
             "unexplained": unexplained,
+            "unlisted": None if self.unlisted is None else self.unlisted.to_document(),
             "gain": [asdict(entry) for entry in self.gain],
             "extended_world": "extended.yaml",
         }
@@ -94,20 +99,25 @@ def calibrate(log: str | Path | Log, world: str | Path | WorldSpec, progress: Ca
     spec = load_world(world)
     log = read_log(log) if isinstance(log, str | Path) else log
     found = identify(log, spec, progress)
+    rest = find_unlisted(log, found)
+    found = found if rest is None else rest.remaining(found)
     seen = identify_sensor(log, spec, found, progress)
     touched = identify_contact(log, spec, found.causes, progress)
     causes = (*found.causes, *seen.causes, *touched.causes)
     wrong = criticise(residuals(log, found.start, found.robots))
     left = criticise(residuals(log, found.model, found.robots))
+    extended = extend(spec, causes, log.name)
+    gain = heldout_gain(log, found.data, found.start.parameters, found.without, spec, extended)
+    gain += swarm_gain(log, found.data, found.without, spec, extended, progress)
     notes = list(log.notes)
     if found.gains_first:
         notes.insert(0, "Commands are not in SI units, or far from them: gains were fitted first.")
     return Findings(
-        world=spec.name, log=log, discrepancies=tuple(_largest(wrong)), causes=causes,
+        spec=spec, log=log, discrepancies=tuple(_largest(wrong)), causes=causes,
         indistinguishable=(*found.indistinguishable, *seen.indistinguishable, *touched.indistinguishable),
-        rejected=(*found.rejected, *seen.rejected, *touched.rejected), unexplained=left[0] if left else None,
-        gain=tuple(heldout_gain(log, found.data, found.start.parameters, found.without)),
-        extended=extend(spec, causes, log.name), identified=found, notes=tuple(notes),
+        rejected=(*found.rejected, *seen.rejected, *touched.rejected), unlisted=rest,
+        unexplained=rest.discrepancy if rest is not None else left[0] if left else None, gain=tuple(gain),
+        extended=extended, identified=found, notes=tuple(notes),
     )  # fmt: skip
 
 

@@ -98,13 +98,17 @@ class Fit:
         """(Q, Q) of the estimates, if the model is right."""
         return inverse(self.fisher)
 
-    def robust_covariance(self, data: Measured) -> FloatArray:
-        """Return the (Q, Q) covariance of the estimates when the model may be wrong: the sandwich over blocks of :data:`BLOCK` s."""
+    def robust_variance(self, data: Measured) -> FloatArray:
+        """Return the variances (Q,) of the estimates when the model may be wrong.
+
+        The larger of two sandwiches: over blocks of :data:`BLOCK` s, and over what is held out together, runs that may differ as a whole.
+        """
         bread = self.covariance
-        scores = block_sums(self.score, data)
-        meat = scores.T @ scores * (len(scores) / max(1.0, len(scores) - len(self.fitted)))
-        sandwich: FloatArray = bread @ meat @ bread
-        return sandwich
+        variances = []
+        for scores in (block_sums(self.score, data), run_sums(self.score, data)):
+            meat = scores.T @ scores * (len(scores) / max(1.0, len(scores) - 1.0))
+            variances.append(np.diag(bread @ meat @ bread))
+        return np.asarray(np.max(variances, axis=0))
 
 
 def inverse(matrix: FloatArray) -> FloatArray:
@@ -130,6 +134,13 @@ def block_sums(values: FloatArray, data: Measured) -> FloatArray:
     return sums
 
 
+def run_sums(values: FloatArray, data: Measured) -> FloatArray:
+    """Return the sums (G, Q) of values (N, Q) over the groups that are held out together."""
+    sums = np.zeros((len(data.runs), values.shape[1]))
+    np.add.at(sums, np.repeat(data.run, np.diff(data.first)), values)
+    return sums
+
+
 def fit(model: Model, what: Sequence[Free], data: Measured, iterations: int = 15) -> Fit:
     """Climb from a model to the likelihood's maximum.
 
@@ -149,7 +160,7 @@ def fit(model: Model, what: Sequence[Free], data: Measured, iterations: int = 15
     here = Model.of(vector).filtered(data)
     best = here.total
     score, fisher = _slopes(vector, what, here, data)
-    for _ in range(iterations):
+    for _ in range(iterations if what else 0):
         gradient = score.sum(axis=0)
         scale = np.maximum(np.diag(fisher), 1e-12)
         improved = 0.0
@@ -159,7 +170,15 @@ def fit(model: Model, what: Sequence[Free], data: Measured, iterations: int = 15
             trial[index] = np.clip(vector[index] + change, low, high)
             there = Model.of(trial).filtered(data)
             if there.total > best:
-                improved, best, vector, here = there.total - best, there.total, trial, there
+                begun, origin, factor = best, vector, 1.0
+                while there.total > best:
+                    best, vector, here = there.total, trial, there
+                    # where the model is far off, the information expected is more than there is, and steps are too short
+                    factor *= 2.0
+                    trial = origin.copy()
+                    trial[index] = np.clip(origin[index] + np.clip(factor * change, -longest, longest), low, high)
+                    there = Model.of(trial).filtered(data)
+                improved = best - begun
                 damping = max(damping * 0.1, 1e-9)
                 break
             if damping > 1.0 and abs(float(gradient @ change)) < GOOD_ENOUGH:

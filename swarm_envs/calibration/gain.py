@@ -7,11 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from swarm_envs.calibration.drive import free_run
 from swarm_envs.calibration.filtering import HEADING, PLACE, Measured
 from swarm_envs.calibration.fitting import Model
-from swarm_envs.calibration.log import FloatArray, Log, Track
-from swarm_envs.calibration.prediction import HORIZONS, WindowErrors, rms, tracked, window_errors
+from swarm_envs.calibration.log import BoolArray, FloatArray, Log, Track
+from swarm_envs.calibration.prediction import HORIZONS, WindowErrors, predictor, rms, tracked
+from swarm_envs.calibration.reference import reference_errors
+from swarm_envs.worlds import WorldSpec
 
 RESAMPLES = 1000
 """Bootstrap resamples of the held-out groups."""
@@ -19,42 +20,55 @@ RESAMPLES = 1000
 
 @dataclass(frozen=True)
 class Gain:
-    """One metric at one horizon on held-out runs."""
+    """One metric on held-out runs; less is better in all of them."""
 
     metric: str
-    """``position`` or ``heading``: rms of the error at the ends of the windows."""
-    horizon_s: float
+    """``position`` or ``heading``: rms of the error at the ends of the windows; else one of :mod:`swarm_envs.calibration.swarm_gain`."""
+    horizon_s: float | None
+    """Length of the windows; None where whole runs are compared."""
     unit: str
     before: float
     """With the world as it was."""
     after: float
     """With the effects, fitted to the other runs."""
     ci95: tuple[float, float]
-    """Of ``before - after``, by resampling runs."""
-    noise_floor: float
-    """What the tracker's noise alone would give."""
+    """Of ``before - after``, by resampling runs; those with turns among themselves, and those without."""
+    noise_floor: float | None
+    """What the tracker's noise, or chance, alone would give; None where that is not known."""
+    reference: float | None = None
+    """What a flexible regression gives that knows no mechanics (:mod:`swarm_envs.calibration.reference`), on the same held-out runs."""
 
 
-def heldout_gain(log: Log, data: Measured, before: FloatArray, after: Sequence[Model]) -> list[Gain]:
+def heldout_gain(log: Log, data: Measured, before: FloatArray, after: Sequence[Model], world: WorldSpec, extended: WorldSpec) -> list[Gain]:
     """Return the gain per metric and horizon.
 
     Args:
         log: The log.
         data: The same, as it was fitted; its groups are what is held out.
-        before: (16,) the drive of the world as it was.
+        before: The drive of the world as it was.
         after: For each group the model that was fitted without it.
+        world: The world as it was; where the log has an outline, its bodies and contact meet the walls before,
+        extended: and those of this world after.
     """
     gains = []
-    plain = np.ones(2)
+    was = predictor(log, world, before)
+    # groups of one fold share their model
+    folds = {id(model): model for model in after}
+    runs_of = {key: [run_of(name) for name, model in zip(data.runs, after, strict=True) if id(model) == key] for key in folds}
+    now = {
+        key: predictor(log, extended, model.parameters, dict(zip(data.robots, model.gains, strict=True)), runs_of[key])
+        for key, model in folds.items()
+    }
+    turning = _turning(data)
+    references = _references(log, data)
     for horizon in HORIZONS:
         pairs: list[tuple[WindowErrors, WindowErrors]] = []
         distance: list[FloatArray] = []
         groups: list[int] = []
         for piece, track in enumerate(piece_tracks(log, data)):
             begin, end = data.times[data.first[piece]], data.times[data.first[piece + 1] - 1]
-            model = after[data.run[piece]]
-            old = _inside(window_errors(before, track, horizon, plain), begin, end)
-            new = _inside(window_errors(model.parameters, track, horizon, model.gains[data.robot[piece]]), begin, end)
+            old = _inside(was(track, horizon), begin, end)
+            new = _inside(now[id(after[data.run[piece]])](track, horizon), begin, end)
             if len(old.starts):
                 pairs.append((old, new))
                 groups.append(int(data.run[piece]))
@@ -68,9 +82,25 @@ def heldout_gain(log: Log, data: Measured, before: FloatArray, after: Sequence[M
         }  # fmt: skip
         for metric, unit in (("position", "m"), ("heading", "rad")):
             squares = _squares_by_group([(getattr(old, metric), getattr(new, metric)) for old, new in pairs], groups)
-            was, now = np.sqrt(squares[:, :2].sum(axis=0) / squares[:, 2].sum())
-            gains.append(Gain(metric, horizon, unit, float(was), float(now), _bootstrap(squares), floors[metric]))
+            strata = turning[sorted(set(groups))]
+            first, then = np.sqrt(squares[:, :2].sum(axis=0) / squares[:, 2].sum())
+            interval, reference = bootstrap(squares, strata), references.get(horizon, {}).get(metric)
+            gains.append(Gain(metric, horizon, unit, float(first), float(then), interval, floors[metric], reference))
     return gains
+
+
+def _references(log: Log, data: Measured) -> dict[float, dict[str, float]]:
+    """Return the reference's errors by horizon and metric, computed on one thread: over small trees threads wait more than they work."""
+    from sklearn import ensemble  # noqa: F401  # a limit holds for libraries that are loaded
+    from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
+
+    with threadpool_limits(1, "openmp"):
+        return reference_errors(log, data)
+
+
+def run_of(group: str) -> str:
+    """Return the run that a group of :func:`swarm_envs.calibration.filtering.measured` is, or is a part of."""
+    return group.rpartition(", part ")[0] or group
 
 
 def piece_tracks(log: Log, data: Measured) -> list[Track]:
@@ -79,7 +109,7 @@ def piece_tracks(log: Log, data: Measured) -> list[Track]:
     result = []
     for piece in range(len(data.robot)):
         group, robot = data.runs[data.run[piece]], data.robots[data.robot[piece]]
-        result.append(next(t for t in tracks if t.robot == robot and (group == t.run or group.startswith(f"{t.run}, part "))))
+        result.append(next(t for t in tracks if t.robot == robot and (run_of(group) == t.run)))
     return result
 
 
@@ -103,14 +133,35 @@ def _squares_by_group(pairs: list[tuple[FloatArray, FloatArray]], groups: list[i
     return sums
 
 
-def _bootstrap(squares: FloatArray) -> tuple[float, float]:
+def _turning(data: Measured) -> BoolArray:
+    """Return for each group whether a robot was told to turn in it.
+
+    A log has few programmes of commands, chosen and not drawn. Resamples that leave out all runs with turns would tell of other drives.
+    """
+    turning = np.zeros(len(data.runs), bool)
+    for piece, group in enumerate(data.run):
+        commands = slice(data.command_first[piece], data.command_first[piece + 1])
+        times, omega = data.command_times[commands], data.commands[commands, 1]
+        begin, end = data.times[data.first[piece]], data.times[data.first[piece + 1] - 1]
+        turning[group] |= bool(np.any((omega != 0.0) & (times < end) & (np.append(times[1:], np.inf) > begin)))
+    return turning
+
+
+def bootstrap(sums: FloatArray, strata: BoolArray | None = None, *, root: bool = True) -> tuple[float, float]:
+    """Return the 95 % interval of the fall from before to after, by resampling groups.
+
+    Args:
+        sums: (G, 3) each group's sums of errors before and after, and their number.
+        strata: (G,) two kinds of groups, resampled among themselves; one kind by default.
+        root: Whether the sums are of squares, and the fall is that of their root mean.
+    """
     generator = np.random.default_rng(0)
-    drawn = squares[generator.integers(len(squares), size=(RESAMPLES, len(squares)))].sum(axis=1)
-    change = np.sqrt(drawn[:, 0] / drawn[:, 2]) - np.sqrt(drawn[:, 1] / drawn[:, 2])
-    low, high = np.quantile(change, (0.025, 0.975))
+    drawn = np.zeros((RESAMPLES, 3))
+    for kind in (False, True):
+        part = sums if strata is None else sums[strata == kind]
+        if len(part) and not (strata is None and kind):
+            drawn += part[generator.integers(len(part), size=(RESAMPLES, len(part)))].sum(axis=1)
+    means = drawn[:, :2] / drawn[:, 2:]
+    means = np.sqrt(means) if root else means
+    low, high = np.quantile(means[:, 0] - means[:, 1], (0.025, 0.975))
     return float(low), float(high)
-
-
-def overlay(model: Model, track: Track, robot: int) -> FloatArray:
-    """Return the path (T, 3) that a model drives from a track's first pose, by the commands alone."""
-    return free_run(model.parameters, track, model.gains[robot]).from_pose(0, track.poses[0], slice(None))

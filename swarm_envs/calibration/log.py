@@ -2,22 +2,27 @@
 
 A log is a folder with ``log.yaml`` (robot, units, source, optionally the arena's ``outline`` in the log's own frame) and the tables
 ``poses`` (run, robot, t, x, y, theta), ``commands`` (run, robot, t, v, omega; in force from t until the next row) and, if any,
-``detections`` (run, robot, t, detected), as CSV or Parquet. Times are seconds from the start of a run, one clock.
+``detections`` (run, robot, t, detected), as CSV or Parquet; ROS bags are logs too, see :mod:`swarm_envs.calibration.bags`. Times are
+seconds from the start of a run, one clock.
 """
 
 from __future__ import annotations
 
 import csv
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 import yaml
 
 from swarm_envs.calibration.errors import LogError
+
+if TYPE_CHECKING:
+    from swarm_envs.calibration.topics import TopicMap
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
@@ -94,38 +99,72 @@ class Log:
         return tuple(track for track in self.tracks if len(track.times) > 10 and len(track.command_times))
 
 
-def read_log(folder: str | Path) -> Log:
-    """Return the log in a folder.
+def read_log(*sources: str | Path, topics: str | Path | TopicMap | None = None) -> Log:
+    """Return the log in a folder or in ROS bags.
 
     Args:
-        folder: With ``log.yaml`` and the tables.
+        sources: A folder with ``log.yaml`` and the tables; or ROS 1 or ROS 2 bags, or folders of them, each bag a run.
+        topics: For bags: which topics are what, a map or its YAML file; guessed by name and type where absent.
 
     Raises:
         LogError: When something cannot be used; one line with file, row and reason.
     """
-    folder = Path(folder)
-    if not folder.is_dir():
-        raise LogError(f"{folder}: no such folder; give a log folder with log.yaml, poses and commands")
+    from swarm_envs.calibration.bags import bags_in, read_bags
+
+    folders = [Path(source) for source in sources]
+    for folder in folders:
+        if not folder.exists():
+            raise LogError(f"{folder}: no such folder; give a log folder with log.yaml, poses and commands, or a ROS bag")
+    bags = [bag for folder in folders if not (folder / "log.yaml").is_file() for bag in bags_in(folder)]
+    if not bags:
+        if len(folders) != 1:
+            raise LogError(f"given {len(folders)} sources without a ROS bag among them, expected one log folder, or bags")
+        if topics is not None:
+            raise LogError(f"{folders[0]}: a topic map is given, but no ROS bag; leave --topics out for a log folder")
+        return _read_folder(folders[0])
+    others = [folder for folder in folders if (folder / "log.yaml").is_file() or not bags_in(folder)]
+    if others:
+        raise LogError(f"{others[0]}: not a ROS bag, given among bags; give bags alone, or one log folder")
+    return read_bags(bags, topics)
+
+
+def _read_folder(folder: Path) -> Log:
     description = _description(folder / "log.yaml")
-    scales, driver_units = _scales(description.get("units", {}), folder / "log.yaml")
+    scales, _ = command_scales(description.get("units", {}), folder / "log.yaml")
     notes: list[str] = []
     tables = {name: _table(folder, name, scales, notes) for name in COLUMNS}
-    keys = list(dict.fromkeys(key for table in tables.values() for key in table))
     if not tables["commands"]:
         raise LogError(f"{folder}/commands: no rows; a log needs the commands that the robots were given")
-    tracks = tuple(_track(key, tables) for key in keys)
-    return Log(
-        name=str(description.get("name", folder.name)), tracks=tracks, outline=_outline(_given_outline(description), folder / "log.yaml"),
-        driver_units=driver_units, notes=tuple(notes),
-    )  # fmt: skip
+    return as_log({"name": folder.name, **description}, tables, folder / "log.yaml", notes)
 
 
-class _Rows(NamedTuple):
+class Rows(NamedTuple):
+    """A table's rows of one robot in one run."""
+
     times: FloatArray
+    """(N,) s."""
     values: FloatArray
+    """(N, columns) in SI units."""
 
 
-_Table = dict[tuple[str, str], _Rows]
+Table = dict[tuple[str, str], Rows]
+"""Rows by run and robot."""
+
+
+def as_log(about: Mapping[str, Any], tables: Mapping[str, Table], where: Path, notes: Sequence[str]) -> Log:
+    """Return the log with these tables.
+
+    Args:
+        about: ``name``, ``units`` and ``outline``, as in ``log.yaml``.
+        tables: By name, see :data:`COLUMNS`; cleaned.
+        where: File that a mistake in ``about`` is in.
+        notes: What was repaired.
+    """
+    keys = list(dict.fromkeys(key for table in tables.values() for key in table))
+    return Log(
+        name=str(about["name"]), tracks=tuple(_track(key, tables) for key in keys), outline=_outline(_given_outline(about), where),
+        driver_units=command_scales(about.get("units", {}), where)[1], notes=tuple(notes),
+    )  # fmt: skip
 
 
 def _description(path: Path) -> dict[str, Any]:
@@ -140,8 +179,12 @@ def _description(path: Path) -> dict[str, Any]:
     return document
 
 
-def _scales(units: Any, path: Path) -> tuple[dict[str, float], bool]:
-    """Factor to SI of every column, and whether commands are in units of the driver's own."""
+def command_scales(units: Any, path: Path) -> tuple[dict[str, float], bool]:
+    """Return the factor to SI of every column, and whether commands are in units of the driver's own.
+
+    Raises:
+        LogError: When a unit of the poses is not known.
+    """
     if not isinstance(units, dict):
         raise LogError(f"{path}: units is {units!r}, expected a mapping from column to unit")
     scales, driver = {}, False
@@ -157,7 +200,7 @@ def _scales(units: Any, path: Path) -> tuple[dict[str, float], bool]:
     return scales, driver
 
 
-def _given_outline(description: dict[str, Any]) -> Any:
+def _given_outline(description: Mapping[str, Any]) -> Any:
     """The outline at the top of the file or, as in a world file, under ``arena``."""
     arena = description.get("arena")
     return description.get("outline", arena.get("outline") if isinstance(arena, dict) else None)
@@ -175,7 +218,7 @@ def _outline(given: Any, path: Path) -> tuple[tuple[float, float], ...] | None:
     return corners
 
 
-def _table(folder: Path, name: str, scales: dict[str, float], notes: list[str]) -> _Table:
+def _table(folder: Path, name: str, scales: dict[str, float], notes: list[str]) -> Table:
     """Rows of one table by (run, robot), sorted by time, duplicates dropped, in SI units."""
     path = next((p for p in (folder / f"{name}.csv", folder / f"{name}.parquet") if p.is_file()), None)
     if path is None:
@@ -191,8 +234,8 @@ def _table(folder: Path, name: str, scales: dict[str, float], notes: list[str]) 
     for column, factor in zip(("t", *columns), (scales.get(c, 1.0) for c in ("t", *columns)), strict=True):
         if len(numbers):
             numbers[:, ("t", *columns).index(column)] *= factor
-    _refuse_missing(path, name, numbers, ("t", *columns))
-    return {key: _clean(name, f"{path.name}, {key[0]}, {key[1]}", numbers[rows], notes) for key, rows in groups.items()}
+    refuse_missing(f"{path}: row", name, numbers, ("t", *columns), first=2)
+    return {key: clean(name, f"{path.name}, {key[0]}, {key[1]}", numbers[rows], notes) for key, rows in groups.items()}
 
 
 def _csv_cells(path: Path, columns: tuple[str, ...]) -> dict[str, list[Any]]:
@@ -240,8 +283,19 @@ def _numbers(path: Path, column: str, cells: list[Any]) -> FloatArray:
     return numbers
 
 
-def _refuse_missing(path: Path, name: str, numbers: FloatArray, columns: tuple[str, ...]) -> None:
-    """Refuse what cannot be a measurement; missing poses are a tracker that lost the robot, and allowed."""
+def refuse_missing(where: str, name: str, numbers: FloatArray, columns: tuple[str, ...], *, first: int) -> None:
+    """Refuse what cannot be a measurement; missing poses are a tracker that lost the robot, and allowed.
+
+    Args:
+        where: Beginning of the error's text, up to the row's number.
+        name: Of the table.
+        numbers: (N, columns).
+        columns: Their names.
+        first: Number of the first row.
+
+    Raises:
+        LogError: With the row and the reason.
+    """
     if not len(numbers):
         return
     bad = np.isinf(numbers)
@@ -254,10 +308,10 @@ def _refuse_missing(path: Path, name: str, numbers: FloatArray, columns: tuple[s
     if bad.any():
         row, column = (int(i) for i in np.argwhere(bad)[0])
         expected = "0 or 1" if columns[column] == "detected" else "a finite number"
-        raise LogError(f"{path}: row {row + 2}: {columns[column]} is {numbers[row, column]:g}, expected {expected}")
+        raise LogError(f"{where} {row + first}: {columns[column]} is {numbers[row, column]:g}, expected {expected}")
 
 
-def _clean(name: str, where: str, rows: FloatArray, notes: list[str]) -> _Rows:
+def clean(name: str, where: str, rows: FloatArray, notes: list[str]) -> Rows:
     """Sort by time, drop duplicates, lost and impossible poses, unwrap headings."""
     if np.any(np.diff(rows[:, 0]) < 0):
         notes.append(f"{where}: rows were not in order of time and have been sorted")
@@ -275,7 +329,7 @@ def _clean(name: str, where: str, rows: FloatArray, notes: list[str]) -> _Rows:
         rows = _without_jumps(rows, where, notes)
         if len(rows):
             rows[:, 3] = np.unwrap(rows[:, 3])
-    return _Rows(np.ascontiguousarray(rows[:, 0]), np.ascontiguousarray(rows[:, 1:]))
+    return Rows(np.ascontiguousarray(rows[:, 0]), np.ascontiguousarray(rows[:, 1:]))
 
 
 def _without_jumps(rows: FloatArray, where: str, notes: list[str]) -> FloatArray:
@@ -299,8 +353,8 @@ def _without_jumps(rows: FloatArray, where: str, notes: list[str]) -> FloatArray
     return rows[~bad]
 
 
-def _track(key: tuple[str, str], tables: dict[str, _Table]) -> Track:
-    nothing = {name: _Rows(np.empty(0), np.empty((0, len(columns)))) for name, columns in COLUMNS.items()}
+def _track(key: tuple[str, str], tables: Mapping[str, Table]) -> Track:
+    nothing = {name: Rows(np.empty(0), np.empty((0, len(columns)))) for name, columns in COLUMNS.items()}
     poses, commands, detections = (tables[name].get(key, nothing[name]) for name in ("poses", "commands", "detections"))
     return Track(
         run=key[0], robot=key[1], times=poses.times, poses=poses.values, command_times=commands.times, commands=commands.values,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -69,6 +70,27 @@ def window_errors(parameters: FloatArray, track: Track, horizon: float, gain: Fl
     )
 
 
+def predictor(
+    log: Log, world: WorldSpec, parameters: FloatArray, gains: Mapping[str, FloatArray] | None = None, runs: Iterable[str] | None = None
+) -> Callable[[Track, float], WindowErrors]:
+    """Return a function that gives the errors of a drive's prediction of a track at a horizon in s.
+
+    Args:
+        log: The log; with an outline, prediction knows walls and the other robots.
+        world: Whose bodies and contact meet them.
+        parameters: (16,) of the drive.
+        gains: (2,) by robot, its own factors on both gains.
+        runs: Only tracks of these runs will be asked for; all by default.
+    """
+    if log.outline is None:
+        return lambda track, horizon: window_errors(parameters, track, horizon, None if gains is None else gains.get(track.robot))
+    from swarm_envs.calibration.enclosed import enclosed_errors
+
+    known = enclosed_errors(log, world, parameters, gains, runs)
+    nothing = WindowErrors(np.empty(0), np.empty(0), np.empty(0))
+    return lambda track, horizon: known[horizon].get((track.run, track.robot), nothing)
+
+
 def rms(values: FloatArray) -> float:
     """Root of the mean square."""
     return float(np.sqrt(np.mean(np.square(values)))) if len(values) else math.nan
@@ -77,7 +99,9 @@ def rms(values: FloatArray) -> float:
 def evaluate(world: str | Path | WorldSpec, log: str | Path | Log) -> dict[str, dict[str, float]]:
     """Return how well a world predicts a log when nothing is fitted.
 
-    Each window starts at a measured pose; the world's drive, its effects included, and the commands do the rest.
+    Each window starts at a measured pose; the world's drive, its effects included, and the commands do the rest. Where the log gives
+    the arena's outline, robots of a run are predicted together, and the walls and their bodies hold them up; elsewhere each drives
+    alone on an open floor.
 
     Args:
         world: A world's name, YAML file or spec.
@@ -94,9 +118,10 @@ def evaluate(world: str | Path | WorldSpec, log: str | Path | Log) -> dict[str, 
     spec = load_world(world)
     log = read_log(log) if isinstance(log, str | Path) else log
     tracks = tracked(log)
+    predict = predictor(log, spec, drive_parameters(spec))
     result = {}
     for horizon in HORIZONS:
-        errors = [window_errors(drive_parameters(spec), track, horizon) for track in tracks]
+        errors = [predict(track, horizon) for track in tracks]
         position, heading = np.concatenate([e.position for e in errors]), np.concatenate([e.heading for e in errors])
         if len(position):
             result[f"{horizon:.1f}"] = {"position_m": rms(position), "heading_rad": rms(heading), "windows": len(position)}

@@ -26,6 +26,8 @@ GRID = 0.01
 """Step in s at which paths are tabulated."""
 SURPRISE = 2e-3
 """Probability of a reading that nothing in the model allows."""
+MOST = 6000
+"""Readings that are looked at, about; of more, each second or third and so on: readings that follow each other tell much the same."""
 ENOUGH = 100
 """Readings without which nothing is said about the sensor."""
 
@@ -96,6 +98,7 @@ class _Readings:
         for run in log.runs:
             tracks = [track for track in log.tracks if track.run == run and len(track.times) > 1 and track.robot in robots]
             self.runs.append([(track, _path(track, model, robots.index(track.robot))) for track in tracks])
+        self.stride = max(1, round(sum(len(track.detection_times) for tracks in self.runs for track, _ in tracks) / MOST))
         self.most = max([len(tracks) for tracks in self.runs], default=0)
         self.known: dict[int, Views] = {}
 
@@ -113,7 +116,7 @@ class _Readings:
         for number, tracks in enumerate(self.runs):
             for track, path in tracks:
                 # readings whose view the tracker saw with every delay that is tried, so that all delays explain the same readings
-                times = track.detection_times
+                times = track.detection_times[:: self.stride]
                 kept = (times >= path.begin + 1.5) | (times - delay >= path.begin)
                 kept &= times <= path.begin + GRID * (len(path.poses) - 1)
                 looked = np.maximum(times[kept] - delay, path.begin)
@@ -131,7 +134,7 @@ class _Readings:
                     bearing[:, column] = (off + np.pi) % (2 * np.pi) - np.pi
                     column += 1
                 turning = me[:, 3]
-                detected = track.detections[kept]
+                detected = track.detections[:: self.stride][kept]
                 parts.append(Views(distance[seen], bearing[seen], turning[seen], detected[seen], np.full(int(seen.sum()), float(number))))
         if not parts:
             return Views(np.empty((0, 1)), np.empty((0, 1)), np.empty(0), np.empty(0, bool), np.empty(0))
@@ -237,14 +240,14 @@ class _Search:
             progress("sensor: " + ", ".join(f"{NAMES[i]} {gain:.1f}" for gain, i, _ in trials[:4]))
             rejected = tuple((NAMES[i], self.p_value(gain, len(trials))) for gain, i, _ in trials)
             real = [trial for trial in trials[:2] if self.p_value(trial[0], len(trials)) < SIGNIFICANT and self.matters(trial[1], trial[2])]
-            real = [trial for trial in real if self.heldout(trial[1]) > 0.0][:1]
-            if not real:
+            better = next(((trial, gained) for trial in real if (gained := self.heldout(trial[1])) > 0.0), None)
+            if better is None:
                 break
-            gain, index, numbers = real[0]
+            (gain, index, numbers), gained = better
             close = [NAMES[i] for other, i, _ in trials if i != index and gain - other < CLOSE]
             if close:
                 groups.append((NAMES[index], *close))
-            records[index] = (self.heldout(index), self.p_value(gain, len(trials)))
+            records[index] = (gained, self.p_value(gain, len(trials)))
             self.named.append(index)
             self.numbers, here = self.climb(numbers, [*self.named, BLUR], 4)
             here = self.drop_idle(here)

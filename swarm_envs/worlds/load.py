@@ -43,7 +43,12 @@ HARDWARE_KEYS = {"parts", "electronics"}
 
 
 def world_names() -> list[str]:
-    """Names of the worlds that come with the package."""
+    """Names of the worlds that come with the package.
+
+    Example:
+        >>> "hero_plus" in world_names()
+        True
+    """
     return sorted(path.stem for path in WORLDS.glob("*.yaml"))
 
 
@@ -56,6 +61,15 @@ def load_world(world: str | Path | WorldSpec, *, num_robots: int | None = None) 
 
     Raises:
         WorldError: When there is no such world, or the file is wrong; one line with file, key and reason.
+
+    Example:
+        >>> world = load_world("hero_plus", num_robots=3)
+        >>> world.num_robots, world.size, world.limits.linear_speed
+        (3, (1.7, 1.42), 0.09)
+        >>> load_world("hero_pluss")
+        Traceback (most recent call last):
+        ...
+        swarm_envs.worlds.errors.WorldError: unknown world 'hero_pluss'; did you mean 'hero_plus'?
     """
     if isinstance(world, WorldSpec):
         return _checked(world, num_robots)

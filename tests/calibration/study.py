@@ -28,6 +28,8 @@ from tests.calibration.tally import report, table
 
 INSEPARABLE = [{"dead_time", "clock_offset"}]
 """Pairs that are never hidden together: no drive could tell their sizes apart."""
+RESULTS = "<!-- results -->"
+"""Line of a page after which results stand."""
 KINDS = ("singles", "pairs", "nulls", "unlisted")
 
 
@@ -64,7 +66,9 @@ class Outcome:
         extra: Name of the unlisted effect, if one was hidden.
         named: For each effect named, each parameter's (estimate, low, high).
         groups: Effects that the calibration calls indistinguishable.
-        unexplained: What it says of a remainder, as text.
+        unexplained: What a remainder depends on, if there is one.
+        channel: Which channel it is in.
+        cut: Share of the held-out error that the correction takes away at each horizon, of place or heading, whichever is more.
         seconds: Time that the calibration took, s.
         error: Its traceback, if it failed.
     """
@@ -76,6 +80,8 @@ class Outcome:
     named: dict[str, dict[str, tuple[float, float, float]]] = field(default_factory=dict)
     groups: list[list[str]] = field(default_factory=list)
     unexplained: str | None = None
+    channel: str | None = None
+    cut: list[float] = field(default_factory=list)
     seconds: float = 0.0
     error: str | None = None
 
@@ -96,6 +102,9 @@ def perform(task: Task) -> Outcome:
     # imported here: the study's counting and its tests need no calibration
     from swarm_envs.calibration import read_log
     from swarm_envs.calibration.identification import identify
+    from swarm_envs.calibration.pushing import identify_contact
+    from swarm_envs.calibration.sensing import identify_sensor
+    from swarm_envs.calibration.unlisted import find_unlisted
     from swarm_envs.worlds import load_world
 
     outcome = Outcome(task.key, task.kind, draw(names_of(task), task.seed))
@@ -109,17 +118,25 @@ def perform(task: Task) -> Outcome:
         log = generate_log(outcome.hidden, Path(folder) / "log", seed=task.seed, extra=outcome.extra, procedures=procedures)
         began = time.perf_counter()
         try:
-            found = identify(read_log(log), load_world("hero_plus"))
+            measured, world = read_log(log), load_world("hero_plus")
+            found = identify(measured, world)
+            rest = find_unlisted(measured, found)
+            seen = identify_sensor(measured, world, found)
+            causes = [cause for cause in found.causes if rest is None or cause.effect not in rest.instead_of]
+            touched = identify_contact(measured, world, causes)
         except Exception:
             outcome.error = traceback.format_exc()
         else:
-            for cause in found.causes:
+            for cause in (*causes, *seen.causes, *touched.causes):
                 outcome.named[cause.effect] = {
                     name: (float(given.estimate), float(given.ci95[0]), float(given.ci95[1])) for name, given in cause.parameters.items()
                 }
-            outcome.groups = [list(group) for group in found.indistinguishable]
-            unexplained = getattr(found, "unexplained", None)
-            outcome.unexplained = None if unexplained is None else str(unexplained)
+            outcome.groups = [list(group) for group in (*found.indistinguishable, *seen.indistinguishable, *touched.indistinguishable)]
+            if rest is not None:
+                outcome.unexplained = rest.discrepancy.depends_on
+                outcome.channel = rest.discrepancy.channel
+                errors = [(row.position_after / row.position_before, row.heading_after / row.heading_before) for row in rest.heldout]
+                outcome.cut = [1.0 - min(pair) for pair in errors]
         outcome.seconds = round(time.perf_counter() - began, 2)
     return outcome
 
@@ -159,11 +176,21 @@ def run(tasks: Sequence[Task], out: Path, workers: int) -> list[Outcome]:
             file.flush()
             hidden = ", ".join([*outcome.hidden, *([outcome.extra] if outcome.extra else [])]) or "nothing"
             named = "FAILED" if outcome.error else ", ".join(outcome.named) or "nothing"
+            named += f", rest by {outcome.unexplained}" if outcome.unexplained else ""
             print(f"{number}/{len(wanted - done)} {outcome.kind}: hidden {hidden}; named {named} ({outcome.seconds:.0f} s)", flush=True)
     outcomes = [outcome for outcome in read_outcomes(lines) if outcome.key in wanted]
     (out / "study.md").write_text(report(outcomes))
     (out / "draws.csv").write_text(table(outcomes))
     return outcomes
+
+
+def write_page(page: Path, results: str) -> None:
+    """Put results into a page, in the place of those that it had."""
+    text = page.read_text(encoding="utf-8")
+    head, mark, _ = text.partition(RESULTS)
+    if not mark:
+        raise SystemExit(f"{page}: no line {RESULTS!r}, after which the results are to stand")
+    page.write_text(f"{head}{RESULTS}\n\n{results.partition(chr(10))[2].strip()}\n", encoding="utf-8")
 
 
 def _performed(tasks: Sequence[Task], workers: int) -> Iterable[Outcome]:
@@ -179,6 +206,7 @@ def main(given: Sequence[str] | None = None) -> None:
     for kind, number in zip(KINDS, (100, 100, 100, 30), strict=True):
         parser.add_argument(f"--{kind}", type=int, default=number, help=f"number of draws (default {number})")
     parser.add_argument("--out", type=Path, required=True, help="folder of the results")
+    parser.add_argument("--page", type=Path, help="Markdown file in which the results are to stand, after a line <!-- results -->")
     parser.add_argument("--seed", type=int, default=0, help="first seed; another one draws other effects and logs")
     parser.add_argument("--workers", type=int, default=2, help="processes (default 2)")
     parser.add_argument("--procedures", nargs="+", choices=["drives", "swarm", "pushes"], default=["drives", "swarm", "pushes"])
@@ -190,7 +218,11 @@ def main(given: Sequence[str] | None = None) -> None:
         for place, kind in enumerate(KINDS)
         for index in range(getattr(arguments, kind))
     ]
+    # a study that is cut short has some of each kind
+    tasks.sort(key=lambda task: (task.index + 1) / getattr(arguments, task.kind))
     run(tasks, arguments.out, arguments.workers)
+    if arguments.page:
+        write_page(arguments.page, (arguments.out / "study.md").read_text())
     print((arguments.out / "study.md").read_text())
 
 

@@ -17,6 +17,10 @@ if TYPE_CHECKING:
 SAME_NUMBER = {("clock_offset", "dead_time"): ("offset", "delay"), ("dead_time", "clock_offset"): ("delay", "offset")}
 """Twins whose parameters are one number: poses stamped late look as commands that act late."""
 NOTHING = "nothing"
+DEPENDS_ON = {"slippery_patch": "place", "magnetic_stripe": "place", "heading_speed": "heading"}
+"""What each unlisted effect depends on."""
+HALF = 0.5
+"""Share of the held-out error that a correction for an unlisted effect must take away."""
 
 
 def wilson(hits: int, trials: int) -> tuple[float, float]:
@@ -62,6 +66,18 @@ def covered(outcome: Outcome, effect: str) -> bool:
     return all(name in given and given[name][1] <= truth <= given[name][2] for name, truth in outcome.hidden[effect].items())
 
 
+def explained(outcome: Outcome) -> bool:
+    """Whether an unlisted effect was called unexplained with the right dependence."""
+    return outcome.extra is not None and outcome.unexplained == DEPENDS_ON[outcome.extra]
+
+
+def as_demanded(outcome: Outcome) -> bool:
+    """Whether a draw came out as the demands of its kind have it, intervals aside."""
+    if outcome.kind == "unlisted":
+        return explained(outcome) and max(outcome.cut, default=0.0) >= HALF
+    return all(found(outcome, name) for name in outcome.hidden) and (outcome.kind != "nulls" or not (outcome.named or outcome.unexplained))
+
+
 def _rate(label: str, outcomes: Sequence[Outcome], hit: Callable[[Outcome], bool], demand: str) -> str:
     hits, trials = sum(map(hit, outcomes)), len(outcomes)
     low, high = wilson(hits, trials)
@@ -86,7 +102,11 @@ def report(outcomes: Sequence[Outcome]) -> str:
         _rate("two effects, both named", of["pairs"], lambda o: all(found(o, name) for name in o.hidden), "at least 85 of 100"),
         _rate("two effects, both truths in their intervals", of["pairs"], lambda o: all(covered(o, name) for name in o.hidden), ""),
         _rate("no effect, something named", of["nulls"], lambda o: bool(o.named), "at most 5 of 100"),
-        _rate("unlisted effect, called unexplained", of["unlisted"], lambda o: o.unexplained is not None, ""),
+        _rate("no effect, something called unexplained", of["nulls"], lambda o: o.unexplained is not None, "at most 5 of 100"),
+        _rate("listed effects, something called unexplained", [*of["singles"], *of["pairs"]], lambda o: o.unexplained is not None, ""),
+        _rate("unlisted effect, unexplained with the right dependence", of["unlisted"], explained, "all"),
+        _rate("unlisted effect, held-out error at least halved", of["unlisted"], lambda o: max(o.cut, default=0.0) >= HALF, "all"),
+        _rate("unlisted effect, some listed effect named too", of["unlisted"], lambda o: bool(o.named), ""),
         _rate("calibration failed", outcomes, lambda o: o.error is not None, "0"),
         "",
     ]
@@ -95,6 +115,8 @@ def report(outcomes: Sequence[Outcome]) -> str:
         lines += [f"One log took {seconds[len(seconds) // 2]:.1f} s (median), {seconds[-1]:.1f} s at most.", ""]
     lines += _confusion("One effect or none hidden", [*of["singles"], *of["nulls"], *of["unlisted"]])
     lines += _by_effect([*of["singles"], *of["pairs"]])
+    lines += _unlisted(of["unlisted"])
+    lines += _failures(outcomes)
     return "\n".join(lines)
 
 
@@ -131,6 +153,42 @@ def _by_effect(outcomes: Sequence[Outcome]) -> list[str]:
         right = sum(covered(outcome, effect) for outcome in named)
         lines.append(f"| {effect} | {len(having)} | {len(named)} | {100 * low:.0f} to {100 * high:.0f} % | {right} of {len(named)} |")
     return [*lines, ""]
+
+
+def _unlisted(outcomes: Sequence[Outcome]) -> list[str]:
+    lines = [
+        "## Effects that are on no list",
+        "",
+        "| effect | seed | unexplained | depends on | error taken away after 1, 5, 10 s | named too |",
+    ]
+    lines.append("| --- | --- | --- | --- | --- | --- |")
+    for o in sorted(outcomes, key=lambda o: (o.extra or "", o.key)):
+        cuts = ", ".join(f"{100 * cut:.0f} %" for cut in o.cut)
+        cells = (o.extra, _seed(o), o.channel or NOTHING, o.unexplained or "", cuts, ", ".join(o.named))
+        lines.append("| " + " | ".join(str(cell) for cell in cells) + " |")
+    return [*lines, ""]
+
+
+def _failures(outcomes: Sequence[Outcome]) -> list[str]:
+    lines = ["## Draws that came out wrong", "", "| kind | seed | hidden | named | what |", "| --- | --- | --- | --- | --- |"]
+    for o in sorted(outcomes, key=lambda o: o.key):
+        what = "failed" if o.error else "" if as_demanded(o) else "not as demanded"
+        if not what and not all(covered(o, name) for name in o.hidden):
+            what = "truth outside the interval of " + ", ".join(name for name in o.hidden if not covered(o, name))
+        if what:
+            hidden, named = (", ".join(map(_with_numbers, given.items())) for given in (o.hidden, o.named))
+            lines.append(f"| {o.kind} | {_seed(o)} | {o.extra or hidden or NOTHING} | {named or NOTHING} | {what} |")
+    return [*lines, ""]
+
+
+def _seed(outcome: Outcome) -> str:
+    return outcome.key.split()[2] if len(outcome.key.split()) > 2 else outcome.key
+
+
+def _with_numbers(entry: tuple[str, dict[str, float] | dict[str, tuple[float, float, float]]]) -> str:
+    name, parameters = entry
+    shown = [v if isinstance(v, float | int) else v[0] for key, v in parameters.items() if "." not in key]
+    return f"{name} {' '.join(f'{value:.3g}' for value in shown)}"
 
 
 def table(outcomes: Sequence[Outcome]) -> str:

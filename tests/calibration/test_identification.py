@@ -17,9 +17,9 @@ from tests.calibration.generator import generate_log
 
 HIDDEN = {
     "nothing": {},
-    "turn_bias": {"turn_bias": {"bias": 0.6}},
     "dead_time": {"dead_time": {"delay": 0.15}},
-    "turning_slows": {"turning_slows": {"slip": 0.2}},
+    "motor_lag": {"motor_lag": {"time_constant": 0.34}},
+    "robot_spread and linear_gain": {"robot_spread": {"sd": 0.1}, "linear_gain": {"gain": 0.75}},
 }
 
 

@@ -98,6 +98,21 @@ def test_an_emergency_stop_gets_through_bad_weather(
     wait_for(lambda: {event.state for event in robots.latest().values()} == {3}, 2, "all to be in ESTOP")
 
 
+def test_a_rearm_that_overtakes_the_robots_reports_leaves_all_in_hold(
+    serving: Serving, robots: SimulatedFleet, network: BadNetwork
+) -> None:
+    """When it is asked for, the server has heard of no stop yet: its robots still report that they run."""
+    serving.start_all(robots)
+    network.weather = Weather(delay=0.1)
+    serving.call("estop")
+    rearmed = serving.call("rearm")
+    assert all(outcome["done"] for outcome in rearmed["outcomes"]), rearmed
+    assert len(rearmed["outcomes"]) == 8
+    time.sleep(0.3)
+    assert {event.state for event in robots.latest().values()} == {1}
+    assert not any(event.driven for event in robots.latest().values())
+
+
 def test_frames_held_back_by_the_network_grant_no_motion_later(serving: Serving, robots: SimulatedFleet, network: BadNetwork) -> None:
     """Authentic, in order, never seen before, and two seconds old: a lease counts from when it was sent."""
     serving.start_all(robots)

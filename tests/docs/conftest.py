@@ -1,4 +1,4 @@
-"""The built site, once for all tests of a worker."""
+"""The built site and a browser that looks at it, once for all tests of a worker."""
 
 from __future__ import annotations
 
@@ -8,9 +8,16 @@ import os
 import shutil
 import subprocess
 import sys
+import threading
+from collections.abc import Iterator
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
+from typing import Any
 
 import pytest
+
+from tests.browser import headless_chromium
 
 ROOT = Path(__file__).parents[2]
 
@@ -31,3 +38,27 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
             assert ended.returncode == 0, ended.stdout + ended.stderr
             done.touch()
     return ROOT / "docs" / "_build" / "html"
+
+
+class Quiet(SimpleHTTPRequestHandler):
+    """Serves the site without a line for every file."""
+
+    def log_message(self, format: str, *args: Any) -> None:
+        del format, args
+
+
+@pytest.fixture(scope="session")
+def address(site: Path) -> Iterator[str]:
+    """Where the site is served, with a slash at the end."""
+    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=str(site)))
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    yield f"http://127.0.0.1:{server.server_port}/"
+    server.shutdown()
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    """A browser window of 1280 x 1000 pixels."""
+    with headless_chromium(tmp_path_factory.mktemp("chromium"), "--window-size=1280,1000") as started:
+        started.set_script_timeout(120)
+        yield started

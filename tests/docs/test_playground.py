@@ -3,10 +3,6 @@
 from __future__ import annotations
 
 import json
-import threading
-from collections.abc import Iterator
-from functools import partial
-from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
@@ -15,38 +11,16 @@ import pytest
 
 import swarm_envs
 from swarm_envs import behaviours
-from tests.browser import headless_chromium
 
 GOLDEN = json.loads(Path(__file__).with_name("golden.json").read_text())
 STEPS = 600
 
 
-class Quiet(SimpleHTTPRequestHandler):
-    """Serves the site without a line for every file."""
-
-    def log_message(self, format: str, *args: Any) -> None:
-        del format, args
-
-
-@pytest.fixture(scope="module")
-def address(site: Path) -> Iterator[str]:
-    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=str(site)))
-    threading.Thread(target=server.serve_forever, daemon=True).start()
-    yield f"http://127.0.0.1:{server.server_port}/index.html"
-    server.shutdown()
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
-    with headless_chromium(tmp_path_factory.mktemp("chromium"), "--window-size=1280,1000") as started:
-        started.set_script_timeout(120)
-        yield started
-
-
 @pytest.fixture
 def page(browser: Any, address: str) -> Any:
     browser.get("about:blank")
-    browser.get(address)
+    browser.get_log("browser")  # what other pages had to say
+    browser.get(address + "index.html")
     return browser
 
 
@@ -81,6 +55,13 @@ def test_free_arcs_equal_pythons_to_a_millimetre_over_a_minute(page: Any) -> Non
         worst = max(worst, float(np.hypot(*(found - expected)[:, 0, :2].T).max()))
     print(f"worst deviation {1e3 * worst:.2g} mm")
     assert worst < 1e-3
+
+
+def test_starts_are_pythons_to_the_bit(page: Any) -> None:
+    for world, seed, index in [("hero_plus", 0, 0), ("hero_plus", 4_000_000_000, 7), ("unrefined", 12, 3)]:
+        expected = swarm_envs.rollouts(world, [[0, 0, 0, 0]] * (index + 1), seed=seed, steps=0, threads=1).poses[index, 0]
+        found = page.execute_script("return JSON.stringify(window.playground.start(...arguments))", world, 8, seed, index)
+        assert json.loads(found) == expected.tolist()
 
 
 def test_golden_runs_get_pythons_label(page: Any) -> None:
@@ -119,7 +100,7 @@ def test_every_preset_runs_and_the_address_repeats_it(page: Any, address: str) -
     pressed = page.find_elements("css selector", "#playground [aria-pressed=true]")
     assert [button.text for button in pressed] == ["wall following, unrefined"]
     page.get("about:blank")
-    page.get(address + "#w=nowhere&c=1,2&n=-3")
+    page.get(address + "index.html#w=nowhere&c=1,2&n=-3")
     assert part(page, "world").get_attribute("value") == "hero_plus"
 
 

@@ -26,7 +26,7 @@ def test_committed_pages_are_what_the_generator_writes() -> None:
     stale = [path for path, text in pages.items() if not (SITE / path).exists() or (SITE / path).read_text() != text]
     assert not stale, "run python -m docs.site.generate"
     on_disk = {f"{folder}/{path.name}" for folder in ("environments", "worlds") for path in (SITE / folder).glob("*.md")}
-    assert on_disk == set(pages), "pages of environments or worlds that are gone"
+    assert on_disk == set(pages) - {"atlas.md"}, "pages of environments or worlds that are gone"
 
 
 def test_every_environment_has_every_section_of_its_docstring() -> None:

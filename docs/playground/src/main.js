@@ -1,12 +1,17 @@
 // The playground: sliders, selectors, presets, dragging, and an address that repeats what is seen.
 
 import data from "../../_build/playground/data.js";
+import { address } from "./address.js";
 import { Picture } from "./picture.js";
 import { places, startPoses } from "./start.js";
 import { run, Swarm } from "./swarm.js";
 
-/** Recorded run for tests and for who scripts the page: `world` by name; poses (robots, 3); returns steps + 1 frames. */
-window.playground = { data, run: (world, controller, poses, steps) => run(data.worlds[world], controller, poses, steps) };
+/** For tests and for who scripts the page, worlds by name: start poses (robots, 3), and a run as steps + 1 frames of poses. */
+window.playground = {
+  data,
+  start: (world, robots, seed, index) => startPoses(data.worlds[world], robots, seed, index),
+  run: (world, controller, poses, steps) => run(data.worlds[world], controller, poses, steps),
+};
 
 const root = document.getElementById("playground");
 const SLIDERS = ["v0", "w0", "v1", "w1"];
@@ -24,7 +29,8 @@ function start(root) {
   let running = !matchMedia("(prefers-reduced-motion: reduce)").matches;
 
   function fromPreset(preset) {
-    return { world: preset.world, controller: [...preset.controller], robots: preset.poses.length, seed: preset.seed };
+    const robots = data.worlds[preset.world].num_robots;
+    return { world: preset.world, controller: [...preset.controller], robots, seed: preset.seed, index: 0 };
   }
 
   function sameController(a, b) {
@@ -41,25 +47,24 @@ function start(root) {
     const controller = (given.get("c") ?? "").split(",").map(Number);
     if (!world || controller.length !== 4 || !controller.every(Number.isFinite)) return null;
     const limits = [world.linear_speed, world.angular_speed];
-    const robots = Math.round(Number(given.get("n")) || world.num_robots), seed = Math.round(Number(given.get("s")) || 0);
+    const robots = Math.round(Number(given.get("n")) || world.num_robots);
     return {
       world: given.get("w"),
       controller: controller.map((value, k) => Math.max(-limits[k % 2], Math.min(limits[k % 2], value))),
       robots: Math.max(1, Math.min(places(world), robots)),
-      seed,
+      seed: Number(given.get("s")) >>> 0,
+      index: Number(given.get("i")) >>> 0,
     };
   }
 
   function share() {
-    const { world, controller, robots, seed } = state;
-    history.replaceState(null, "", `#w=${world}&c=${controller.map((value) => +value.toFixed(4)).join(",")}&n=${robots}&s=${seed}`);
+    history.replaceState(null, "", address(state));
   }
 
-  /** Robots at their start: that of the clip where a preset is shown as it was filmed. */
+  /** Robots at their start. */
   function restart() {
-    const world = data.worlds[state.world], preset = presetOf(state);
-    const filmed = preset && preset.seed === state.seed && preset.poses.length === state.robots;
-    swarm = new Swarm(world, filmed ? preset.poses : startPoses(world, state.robots, state.seed), state.controller);
+    const world = data.worlds[state.world];
+    swarm = new Swarm(world, startPoses(world, state.robots, state.seed, state.index), state.controller);
     trails = swarm.poses().map(() => []);
     chosen = Math.min(chosen, state.robots - 1);
     ticks = 0;
@@ -130,7 +135,7 @@ function start(root) {
   find("world").addEventListener("change", (event) => change({ world: event.target.value }, true));
   find("robots").addEventListener("input", (event) => change({ robots: Number(event.target.value) }, true));
   find("restart").addEventListener("click", () => change({}, true));
-  find("another").addEventListener("click", () => change({ seed: (state.seed + 1) % 1000 }, true));
+  find("another").addEventListener("click", () => change({ seed: (state.seed + 1) >>> 0, index: 0 }, true));
   find("run").addEventListener("click", () => {
     running = !running;
     show();

@@ -1,0 +1,115 @@
+"""Turns a finished discovery run into the data of the behaviour atlas: ``python -m docs.site.atlas RUN_FOLDER``.
+
+The data are committed as atlas.json; the page's text comes from them (:mod:`docs.site.generate`), so that both speak of the same run.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+DATA = Path(__file__).with_name("atlas.json")
+LABELS = ("aggregation", "cyclic pursuit", "dispersal", "milling", "wall following", "random")
+"""In the order of the legend; each has its colour in site.css."""
+ITERATIONS = 1000
+"""Of t-SNE, which lays out the map."""
+
+
+def read() -> dict[str, Any]:
+    """Return the committed data."""
+    data: dict[str, Any] = json.loads(DATA.read_text(encoding="utf-8"))
+    return data
+
+
+def controllers(data: dict[str, Any]) -> npt.NDArray[np.float64]:
+    """Return the controllers (N, 4) of atlas data, with every bit."""
+    return np.frombuffer(base64.b64decode(data["controllers"]), dtype="<f8").reshape(-1, 4)
+
+
+def labels(data: dict[str, Any]) -> list[str]:
+    """Return the N labels of atlas data."""
+    return [data["labels"][label] for label in base64.b64decode(data["label"])]
+
+
+def start_of(data: dict[str, Any], row: int) -> tuple[int, int]:
+    """Return the seed of a row's rollout and its index there."""
+    generations, indices = (np.frombuffer(base64.b64decode(data[name]), dtype="<u2") for name in ("generations", "indices"))
+    return int(data["seeds"][generations[row]]), int(indices[row])
+
+
+def condense(folder: Path) -> dict[str, Any]:
+    """Return the atlas data of a finished run.
+
+    Raises:
+        discovery.DiscoveryError: When the folder holds no finished run.
+    """
+    from discovery import load_run
+    from discovery.run_folder import METRICS
+    from discovery.settings import PLACES
+
+    run = load_run(folder)
+    from discovery.report.archive_map import lay_out  # its libraries take seconds to import: mistakes are told before
+
+    archive, settings = run.archive, run.settings
+    metrics = json.loads((folder / METRICS).read_text(encoding="utf-8"))
+    words = [word for word in run.manifest["sessions"][0]["command"][1:] if word.split("=")[0] not in PLACES]
+    words += [] if any(word.startswith("threads=") for word in words) else [f"threads={run.manifest['threads']}"]
+    _, first = np.unique(archive.generation, return_index=True)
+    places = lay_out(archive.embeddings, ITERATIONS, settings.seed)
+    return {
+        "run": {
+            "name": settings.name, "world": settings.world, "engine": settings.engine, "steps": settings.steps, "seed": settings.seed,
+            "evaluations": len(archive), "videos": settings.dataset.videos, "epochs": settings.representation.epochs,
+            "batch": settings.representation.batch, "origin": metrics["encoder_started_from"].split(";")[0],
+            "command": " ".join(["python", *words]), "commit": (run.manifest["git"] or {}).get("commit"),
+            "finished": run.manifest["finished"],
+        },
+        "labels": list(LABELS),
+        "seeds": archive.world_seed[first].tolist(),
+        "medoids": [
+            {"row": medoid.row, "share": round(medoid.share, 4), "confirmed": told["confirmation"]["confirmed"]}
+            for medoid, told in zip(run.medoids, metrics["medoids"], strict=True)
+        ],
+        "label": packed([LABELS.index(label) for label in archive.labels], "u1"),
+        "places": packed(np.round(places * 65_535), "<u2"),
+        "generations": packed(archive.generation, "<u2"),
+        "indices": packed(archive.world_index, "<u2"),
+        "controllers": packed(archive.controllers, "<f8"),
+    }  # fmt: skip
+
+
+def packed(values: npt.ArrayLike, kind: str) -> str:
+    """Return numbers as base64 of little-endian bytes: exact, and a third of their digits' size."""
+    return base64.b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode()
+
+
+def main(arguments: list[str]) -> int:
+    """Write atlas.json and the page; 2 for a mistake."""
+    from discovery import DiscoveryError
+    from docs.site import generate
+
+    if len(arguments) != 1:
+        print(
+            "given " + (" ".join(arguments) or "nothing") + ", expected one run folder: python -m docs.site.atlas RUN_FOLDER",
+            file=sys.stderr,
+        )
+        return 2
+    try:
+        data = condense(Path(arguments[0]))
+    except DiscoveryError as error:
+        print(error, file=sys.stderr)
+        return 2
+    DATA.write_text("{\n" + ",\n".join(f"{json.dumps(key)}: {json.dumps(value)}" for key, value in data.items()) + "\n}\n")
+    generate.write()
+    print(f"{DATA}: {len(controllers(data))} controllers, {DATA.stat().st_size / 1e3:.0f} kB; build the site with make docs")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,78 @@
+"""What a swarm does, before and after: on runs whose world is known."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from swarm_envs import WorldSpec, load_world, rollouts
+from swarm_envs.calibration import Log, Track
+from swarm_envs.calibration.drive import drive_parameters
+from swarm_envs.calibration.filtering import measured
+from swarm_envs.calibration.fitting import Model
+from swarm_envs.calibration.gain import Gain
+from swarm_envs.calibration.swarm_gain import controller_of, swarm_gain
+
+CONTROLLERS = np.array([[0.08, 0.6, 0.05, -1.2], [0.06, -0.8, 0.09, 0.3], [-0.07, 0.5, 0.08, 1.0], [0.09, 1.1, -0.06, 0.4]])
+
+
+def true_world() -> WorldSpec:
+    """Robots that see half as far, miss one reading in ten and drive slower than those of hero_plus."""
+    world = load_world("hero_plus", num_robots=6).with_effects(linear_gain=0.8, missed_detections=0.1)
+    robots = tuple(dataclasses.replace(r, sensors=(dataclasses.replace(r.sensors[0], range=0.5),)) for r in world.robots)
+    return world.replace(robots=robots)
+
+
+def log_of(world: WorldSpec) -> Log:
+    """A log of whole swarms, without noise."""
+    runs = rollouts(world, CONTROLLERS, steps=200, seed=4)
+    tracks = []
+    for w, i in np.ndindex(len(runs), world.num_robots):
+        seen = runs.detections[w, :, i] > 0
+        tracks.append(Track(f"run_{w}", f"robot_{i}", runs.time, runs.poses[w, :, i], runs.time, runs.commands[w, :, i], runs.time, seen))
+    return Log("swarms", tuple(tracks), outline=world.arena.outline)
+
+
+@pytest.fixture(scope="module")
+def gains() -> dict[str, Gain]:
+    before, after = load_world("hero_plus", num_robots=6), true_world()
+    log = log_of(after)
+    data = measured(log)
+    model = Model(drive_parameters(after), np.full(5, 1e-4), np.ones((6, 2)))
+    return {gain.metric: gain for gain in swarm_gain(log, data, [model] * len(data.runs), before, after)}
+
+
+def test_the_true_world_moves_a_swarm_as_it_was_measured(gains: dict[str, Gain]) -> None:
+    for name in ("average_speed", "scatter", "group_rotation"):
+        assert gains[name].after < 0.2 * gains[name].before, name
+        assert gains[name].ci95[0] > 0, name
+
+
+def test_readings_of_the_true_world_differ_by_chance_alone(gains: dict[str, Gain]) -> None:
+    found = gains["detections"]
+    assert found.noise_floor is not None
+    assert found.after == pytest.approx(found.noise_floor, rel=0.3)
+    assert found.before > 2 * found.after
+
+
+def test_the_controllers_run_in_both_worlds(gains: dict[str, Gain]) -> None:
+    assert gains["closed_loop.detection_rate"].after < 0.3 * gains["closed_loop.detection_rate"].before
+    assert gains["closed_loop.average_speed"].after < 0.5 * gains["closed_loop.average_speed"].before
+    assert 0 <= gains["closed_loop.label"].after <= 1
+
+
+def test_controllers_are_read_from_commands_that_follow_detections() -> None:
+    tracks = [track for track in log_of(true_world()).tracks if track.run == "run_1"]
+    assert controller_of(tracks) == pytest.approx(CONTROLLERS[1])
+    shuffled = [dataclasses.replace(track, detections=np.roll(track.detections, 37)) for track in tracks]
+    assert controller_of(shuffled) is None
+
+
+def test_a_log_of_single_robots_says_nothing_about_swarms() -> None:
+    log = log_of(true_world())
+    alone = dataclasses.replace(log, tracks=tuple(t for t in log.tracks if t.robot == "robot_0"))
+    data = measured(alone)
+    model = Model(drive_parameters(true_world()), np.full(5, 1e-4), np.ones((1, 2)))
+    assert swarm_gain(alone, data, [model] * len(data.runs), load_world("hero_plus"), true_world()) == []
