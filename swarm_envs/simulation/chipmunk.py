@@ -75,7 +75,7 @@ class SpaceArrays(NamedTuple):
     motion: FloatArray
     """(W, R, 6) how each robot would move and how contact made it move in the substep before; columns in :mod:`touching`."""
     substeps: int
-    """Substeps of a tick in a world with objects or a large swarm, where nobody looks how fast robots approach."""
+    """Substeps of a tick where nobody looks how fast robots approach: among objects, in a large swarm, of drives with effects."""
 
 
 def substeps_for(world: WorldSpec) -> int:
@@ -206,7 +206,7 @@ def advance(world: WorldArrays, state: StateArrays, spaces: SpaceArrays, w: int,
     motion = spaces.motion[w]
     known = world.objects.shape[0] == 0 and wish.shape[0] <= LARGE
     foresee(world, state, w, motion)
-    substeps = substeps_now(world, state.poses[w], motion) if known else spaces.substeps
+    substeps = substeps_now(world, state.poses[w], motion, spaces.substeps) if known else spaces.substeps
     longest = (LATTICE + substeps - 1) // substeps if substeps > 0 else LATTICE
     at = 0
     while at < LATTICE:
@@ -246,10 +246,11 @@ def foresee(world: WorldArrays, state: StateArrays, w: int, motion: FloatArray) 
 
 
 @compiled(forceinline=True, _nrt=False)
-def substeps_now(world: WorldArrays, poses: FloatArray, motion: FloatArray) -> int:
+def substeps_now(world: WorldArrays, poses: FloatArray, motion: FloatArray, most: int) -> int:
     """Return the substeps of a tick, 0 where nothing is near enough to touch.
 
-    Near pairs count with the fastest relative velocity they can have: either may be held up by others, or no longer.
+    Near pairs count with the fastest relative velocity they can have: either may be held up by others, or no longer. A drive with
+    effects gets ``most``: dead time, lag or a wheel that is freed change its speed inside the tick, and how it sets out tells nothing.
     """
     fastest, pair, wall = 0.0, False, False
     for i in range(poses.shape[0]):
@@ -264,6 +265,8 @@ def substeps_now(world: WorldArrays, poses: FloatArray, motion: FloatArray) -> i
             wall = wall or wall_within(world, poses, i, e, 2.0 * world.reach)
     if not pair and not wall:
         return 0
+    if not world.ideal_drive:
+        return most
     return max(math.ceil(math.sqrt(fastest) * world.tick / CLOSING - 1e-6), WALL_SUBSTEPS if wall else 1)
 
 

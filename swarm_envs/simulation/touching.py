@@ -65,10 +65,11 @@ def time_to_touch(world: WorldArrays, poses: FloatArray, motion: FloatArray) -> 
             b = WISH_X if dx * (motion[j, WISH_X] - motion[j, HELD_X]) + dy * (motion[j, WISH_Y] - motion[j, HELD_Y]) < 0.0 else HELD_X
             vx, vy = motion[j, b] - motion[i, a], motion[j, b + 1] - motion[i, a + 1]
             touch = world.robots[i, p.RADIUS] + world.robots[j, p.RADIUS]
-            outside, approach, squared = dx * dx + dy * dy - touch * touch, dx * vx + dy * vy, vx * vx + vy * vy
-            inside = approach * approach - squared * outside
+            outside, approach = dx * dx + dy * dy - touch * touch, dx * vx + dy * vy
+            inside = approach * approach - (vx * vx + vy * vy) * outside
             if outside > 0.0 and approach < 0.0 and inside > 0.0:
-                soonest = min(soonest, (-approach - math.sqrt(inside)) / squared)
+                # the root of a quadratic in the form that nothing cancels or underflows in: solved velocities fade to 1e-160 m/s
+                soonest = min(soonest, outside / (math.sqrt(inside) - approach))
         for e in range(world.walls.shape[0]):
             ux, uy = world.walls[e, p.ALONG_X], world.walls[e, p.ALONG_Y]
             px, py = poses[i, 0] - world.walls[e, p.START_X], poses[i, 1] - world.walls[e, p.START_Y]
