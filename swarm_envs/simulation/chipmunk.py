@@ -28,6 +28,7 @@ from swarm_envs.simulation.chipmunk_calls import (
     GET_DATA,
     MOVE_BODY,
     SET_BATCH,
+    SET_BIAS,
     SET_DATA,
     SPACE,
     STEP,
@@ -39,7 +40,20 @@ from swarm_envs.simulation.chipmunk_calls import (
 )
 from swarm_envs.simulation.parameters import FloatArray, WorldArrays, compile_world
 from swarm_envs.simulation.state import StateArrays
-from swarm_envs.simulation.touching import HELD, HELD_X, HELD_Y, LARGE, TURNED, WISH_X, WISH_Y, pair_within, time_to_touch, wall_within
+from swarm_envs.simulation.touching import (
+    HELD,
+    HELD_X,
+    HELD_Y,
+    LARGE,
+    TOUCH,
+    TURNED,
+    WISH_X,
+    WISH_Y,
+    beyond_end,
+    pair_within,
+    time_to_touch,
+    wall_within,
+)
 from swarm_envs.simulation.trigonometry import cos_sin
 from swarm_envs.worlds import WorldSpec
 
@@ -47,10 +61,15 @@ ITERATIONS = 8
 """Chipmunk's solver iterations in a substep; it starts from the impulses of the substep before."""
 SLOP = 2e-4
 """Overlap in m that Chipmunk leaves alone; its default is 0.1 in the space's unit of length, which would be 10 cm."""
-BIAS = 0.5**60
-"""Share of an overlap that remains after a second; half of it is gone in 1/60 s."""
+HALVED = 1.0 / 60.0
+"""Seconds in which half of an overlap is gone."""
 CLOSING = 0.0036
 """Two robots near each other may change their distance by at most this many metres in a substep; see :func:`substeps_now`."""
+SLIDING = 0.0018
+"""As :data:`CLOSING`, for two robots that slide round each other: a substep takes its normal where it begins, and from a start nearly
+head-on the error grows as the angle does."""
+STEADY = 0.002
+"""Two robots that touch and move past each other at fewer m/s than this hold each other up rather than slide."""
 WALL_SUBSTEPS = 2
 """Least substeps of a tick in which a robot may touch a wall: its heading turns."""
 LATTICE = 100
@@ -65,7 +84,7 @@ class SpaceArrays(NamedTuple):
     """What compiled code needs to drive the Chipmunk spaces of W worlds (N bodies: robots, then objects)."""
 
     handles: npt.NDArray[np.int64]
-    """(W, 8 + N) addresses of functions, space, batches and bodies."""
+    """(W, 9 + N) addresses of functions, space, batches and bodies."""
     counters: npt.NDArray[np.int32]
     """(W, 2) numbers of values in the get and the set batch, written before each use."""
     get_values: FloatArray
@@ -124,7 +143,7 @@ class Spaces:
     def _build(self, w: int, state: StateArrays) -> None:
         self.arrays.motion[w] = 0.0
         space = pymunk.Space()
-        space.iterations, space.collision_slop, space.collision_bias = ITERATIONS, SLOP, BIAS
+        space.iterations, space.collision_slop = ITERATIONS, SLOP
         _add_walls(space, self.world)
         bodies = [self._robot(space, i, state.poses[w, i]) for i in range(self.world.num_robots)]
         bodies += [self._object(space, b, state.objects[w, b]) for b in range(len(self.world.objects))]
@@ -224,7 +243,9 @@ def advance(world: WorldArrays, state: StateArrays, spaces: SpaceArrays, w: int,
         counters[4] = 0
         call_with_pointers(handles[EACH_BODY], handles[SPACE], handles[SET_BATCH], handles[SET_DATA])
         # wishes are velocities, so the impulses that Chipmunk remembers hold whatever a substep's length: it is told always the same
-        call_with_double(handles[STEP], handles[SPACE], world.tick / spaces.substeps)
+        told = world.tick / spaces.substeps
+        call_with_double(handles[SET_BIAS], handles[SPACE], remaining_overlap(duration, told))
+        call_with_double(handles[STEP], handles[SPACE], told)
         for b in range(BODIES, handles.shape[0]):
             call_with_double(handles[MOVE_BODY], handles[b], duration)
         counters[0] = 0
@@ -249,10 +270,11 @@ def foresee(world: WorldArrays, state: StateArrays, w: int, motion: FloatArray) 
 def substeps_now(world: WorldArrays, poses: FloatArray, motion: FloatArray, most: int) -> int:
     """Return the substeps of a tick, 0 where nothing is near enough to touch.
 
-    Near pairs count with the fastest relative velocity they can have: either may be held up by others, or no longer. A drive with
-    effects gets ``most``: dead time, lag or a wheel that is freed change its speed inside the tick, and how it sets out tells nothing.
+    Near pairs count with the fastest relative velocity they can have: either may be held up by others, or no longer. So do robots past
+    the end of a wall, whose touch is not foreseen. A drive with effects gets ``most``: dead time, lag or a wheel that is freed change
+    its speed inside the tick, and how it sets out tells nothing.
     """
-    fastest, pair, wall = 0.0, False, False
+    fastest, sliding, pair, wall = 0.0, 0.0, False, False
     for i in range(poses.shape[0]):
         for j in range(i):
             if pair_within(world, poses, i, j, 2.0 * world.reach):
@@ -261,13 +283,36 @@ def substeps_now(world: WorldArrays, poses: FloatArray, motion: FloatArray, most
                     for b in (WISH_X, HELD_X):
                         vx, vy = motion[j, b] - motion[i, a], motion[j, b + 1] - motion[i, a + 1]
                         fastest = max(fastest, vx * vx + vy * vy)
+                if pair_within(world, poses, i, j, TOUCH):
+                    dx, dy = poses[j, 0] - poses[i, 0], poses[j, 1] - poses[i, 1]
+                    vx, vy = motion[j, HELD_X] - motion[i, HELD_X], motion[j, HELD_Y] - motion[i, HELD_Y]
+                    past = (dx * vy - dy * vx) ** 2
+                    if past > STEADY * STEADY * (dx * dx + dy * dy):
+                        # friction and other robots let only a share of the wished slide happen, and the angle grows by that share
+                        vx, vy = motion[j, WISH_X] - motion[i, WISH_X], motion[j, WISH_Y] - motion[i, WISH_Y]
+                        sliding = max(sliding, (vx * vx + vy * vy) * past / max(past, (dx * vy - dy * vx) ** 2))
         for e in range(world.walls.shape[0]):
-            wall = wall or wall_within(world, poses, i, e, 2.0 * world.reach)
+            if wall_within(world, poses, i, e, 2.0 * world.reach):
+                wall = True
+                if beyond_end(world, poses, i, e):
+                    for a in (WISH_X, HELD_X):
+                        fastest = max(fastest, motion[i, a] ** 2 + motion[i, a + 1] ** 2)
     if not pair and not wall:
         return 0
     if not world.ideal_drive:
         return most
-    return max(math.ceil(math.sqrt(fastest) * world.tick / CLOSING - 1e-6), WALL_SUBSTEPS if wall else 1)
+    needed = max(math.sqrt(fastest) / CLOSING, math.sqrt(sliding) / SLIDING)
+    return max(math.ceil(needed * world.tick - 1e-6), WALL_SUBSTEPS if wall else 1)
+
+
+@compiled(forceinline=True, _nrt=False)
+def remaining_overlap(duration: float, told: float) -> float:
+    """Return Chipmunk's collision bias, the share of an overlap that it would leave after a second, for a substep of ``duration`` s.
+
+    It pushes bodies apart with the velocity that takes 1 - bias^told of the overlap away in ``told`` s, but they move for ``duration``.
+    """
+    pushed = (1.0 - 0.5 ** (duration / HALVED)) * told / duration
+    return float(max(1.0 - pushed, 0.0) ** (1.0 / told))
 
 
 @compiled(forceinline=True, _nrt=False)

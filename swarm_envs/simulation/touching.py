@@ -15,6 +15,8 @@ from swarm_envs.simulation.state import StateArrays
 TOUCH = 1e-3
 """A gap in m below which two surfaces count as touching."""
 TOUCHES_ROBOT, TOUCHES_WALL = 1, 2
+OPEN = 1e-9
+"""A gap in m above minus this counts as open where touches are foreseen: what touches exactly is no contact yet to a solver."""
 LARGE = 40
 """Swarms above this are taken to have something near at all times."""
 
@@ -46,6 +48,14 @@ def wall_within(world: WorldArrays, poses: FloatArray, i: int, e: int, margin: f
 
 
 @compiled(forceinline=True, _nrt=False)
+def beyond_end(world: WorldArrays, poses: FloatArray, i: int, e: int) -> bool:
+    """Whether a robot's centre lies past an end of a wall, so that it could only touch that end."""
+    walls = world.walls
+    along = (poses[i, 0] - walls[e, p.START_X]) * walls[e, p.ALONG_X] + (poses[i, 1] - walls[e, p.START_Y]) * walls[e, p.ALONG_Y]
+    return bool(along < 0.0 or along > walls[e, p.LENGTH])
+
+
+@compiled(forceinline=True, _nrt=False)
 def time_to_touch(world: WorldArrays, poses: FloatArray, motion: FloatArray) -> float:
     """Return the time in s until two robots, or a robot and a wall, that are apart could touch; infinite if none could.
 
@@ -67,16 +77,16 @@ def time_to_touch(world: WorldArrays, poses: FloatArray, motion: FloatArray) -> 
             touch = world.robots[i, p.RADIUS] + world.robots[j, p.RADIUS]
             outside, approach = dx * dx + dy * dy - touch * touch, dx * vx + dy * vy
             inside = approach * approach - (vx * vx + vy * vy) * outside
-            if outside > 0.0 and approach < 0.0 and inside > 0.0:
+            if outside > -OPEN * touch and approach < 0.0 and inside > 0.0:
                 # the root of a quadratic in the form that nothing cancels or underflows in: solved velocities fade to 1e-160 m/s
-                soonest = min(soonest, outside / (math.sqrt(inside) - approach))
+                soonest = min(soonest, max(outside, 0.0) / (math.sqrt(inside) - approach))
         for e in range(world.walls.shape[0]):
             ux, uy = world.walls[e, p.ALONG_X], world.walls[e, p.ALONG_Y]
             px, py = poses[i, 0] - world.walls[e, p.START_X], poses[i, 1] - world.walls[e, p.START_Y]
             gap = ux * py - uy * px - world.robots[i, p.RADIUS]
             opening = min(ux * motion[i, WISH_Y] - uy * motion[i, WISH_X], ux * motion[i, HELD_Y] - uy * motion[i, HELD_X])
-            if gap > 0.0 and opening < 0.0:
-                soonest = min(soonest, -gap / opening)
+            if gap > -OPEN and opening < 0.0:
+                soonest = min(soonest, max(gap, 0.0) / -opening)
     return soonest
 
 
