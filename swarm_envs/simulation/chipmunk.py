@@ -65,7 +65,7 @@ HALVED = 1.0 / 60.0
 """Seconds in which half of an overlap is gone."""
 CLOSING = 0.0036
 """Two robots near each other may change their distance by at most this many metres in a substep; see :func:`substeps_now`."""
-SLIDING = 0.0018
+SLIDING = 0.0014
 """As :data:`CLOSING`, for two robots that slide round each other: a substep takes its normal where it begins, and from a start nearly
 head-on the error grows as the angle does."""
 STEADY = 0.002
