@@ -3,6 +3,10 @@
 ``cpSpaceStep`` moves bodies with the velocities of the step before and solves contacts afterwards, so a wish written into a body's
 velocity before the step would move it unsolved. Here the bodies' position function does nothing; a substep is: write the wishes, step
 (find contacts, solve), then move every body with the solved velocity. The solver has the last word and a command acts without delay.
+
+A tick has as many substeps as its contacts need: none where nothing is near, few for walls, whose normals stay, and for robots that
+press without moving past each other. What contact did in the substep before tells when robots that are held up will touch others,
+and how far contact turns a heading until the substep's middle, which makes turning contacts accurate to second order.
 """
 
 from __future__ import annotations
@@ -24,6 +28,7 @@ from swarm_envs.simulation.chipmunk_calls import (
     GET_DATA,
     MOVE_BODY,
     SET_BATCH,
+    SET_BIAS,
     SET_DATA,
     SPACE,
     STEP,
@@ -35,17 +40,38 @@ from swarm_envs.simulation.chipmunk_calls import (
 )
 from swarm_envs.simulation.parameters import FloatArray, WorldArrays, compile_world
 from swarm_envs.simulation.state import StateArrays
-from swarm_envs.simulation.touching import LARGE, anything_near, time_to_touch
+from swarm_envs.simulation.touching import (
+    HELD,
+    HELD_X,
+    HELD_Y,
+    LARGE,
+    TOUCH,
+    TURNED,
+    WISH_X,
+    WISH_Y,
+    beyond_end,
+    pair_within,
+    time_to_touch,
+    wall_within,
+)
+from swarm_envs.simulation.trigonometry import cos_sin
 from swarm_envs.worlds import WorldSpec
 
-ITERATIONS = 10
-"""Chipmunk's solver iterations in a substep."""
+ITERATIONS = 8
+"""Chipmunk's solver iterations in a substep; it starts from the impulses of the substep before."""
 SLOP = 2e-4
 """Overlap in m that Chipmunk leaves alone; its default is 0.1 in the space's unit of length, which would be 10 cm."""
-BIAS = 0.5**60
-"""Share of an overlap that remains after a second; half of it is gone in 1/60 s."""
+HALVED = 1.0 / 60.0
+"""Seconds in which half of an overlap is gone."""
 CLOSING = 0.0036
-"""Two robots may close by at most this many metres in a substep; see :func:`substeps_for`."""
+"""Two robots near each other may change their distance by at most this many metres in a substep; see :func:`substeps_now`."""
+SLIDING = 0.0014
+"""As :data:`CLOSING`, for two robots that slide round each other: a substep takes its normal where it begins, and from a start nearly
+head-on the error grows as the angle does."""
+STEADY = 0.002
+"""Two robots that touch and move past each other at fewer m/s than this hold each other up rather than slide."""
+WALL_SUBSTEPS = 2
+"""Least substeps of a tick in which a robot may touch a wall: its heading turns."""
 LATTICE = 100
 """A substep begins and ends on this lattice of a tick; one in which robots first touch ends on the next point after the touch."""
 SUBSTEPS = (1, 2, 4, 5, 10, 20)
@@ -58,15 +84,17 @@ class SpaceArrays(NamedTuple):
     """What compiled code needs to drive the Chipmunk spaces of W worlds (N bodies: robots, then objects)."""
 
     handles: npt.NDArray[np.int64]
-    """(W, 8 + N) addresses of functions, space, batches and bodies."""
+    """(W, 9 + N) addresses of functions, space, batches and bodies."""
     counters: npt.NDArray[np.int32]
     """(W, 2) numbers of values in the get and the set batch, written before each use."""
     get_values: FloatArray
     """(W, 6 (N + 2)) position, angle, velocity and spin of each body; the static body comes last, and pymunk grows a full batch."""
     set_values: FloatArray
     """(W, 3 (N + 2)) velocity and spin to be set; the static body comes last and gets zeros."""
+    motion: FloatArray
+    """(W, R, 6) how each robot would move and how contact made it move in the substep before; columns in :mod:`touching`."""
     substeps: int
-    """Substeps of a tick in which something is near enough to touch."""
+    """Substeps of a tick where nobody looks how fast robots approach: among objects, in a large swarm, of drives with effects."""
 
 
 def substeps_for(world: WorldSpec) -> int:
@@ -89,20 +117,33 @@ class Spaces:
         self.world = world
         bodies = world.num_robots + len(world.objects)
         self._keep: list[list[Any]] = [[] for _ in range(num_worlds)]
+        self._stale = set(range(num_worlds))
         self._counts = np.zeros((num_worlds, 2, 4), np.int32)  # pmFloatArray: num, max, then a pointer of 8 bytes
         self.arrays = SpaceArrays(
             handles=np.zeros((num_worlds, BODIES + bodies), np.int64),
             counters=self._counts.reshape(num_worlds, 8),
             get_values=np.zeros((num_worlds, 6 * (bodies + 2))),
             set_values=np.zeros((num_worlds, 3 * (bodies + 2))),
+            motion=np.zeros((num_worlds, world.num_robots, 6)),
             substeps=substeps_for(world),
         )
         self.arrays.handles[:, :SPACE] = function_addresses()
 
-    def rebuild(self, w: int, state: StateArrays) -> None:
-        """Build world ``w``'s space from the poses in ``state``."""
+    def forget(self, worlds: npt.NDArray[np.int64]) -> None:
+        """Have the spaces of the worlds with these indices built anew before they are next used."""
+        self._stale.update(worlds.tolist())
+
+    def ready(self, state: StateArrays) -> SpaceArrays:
+        """Return the memory of the spaces; those forgotten are built from the poses in ``state``."""
+        for w in sorted(self._stale):
+            self._build(w, state)
+        self._stale.clear()
+        return self.arrays
+
+    def _build(self, w: int, state: StateArrays) -> None:
+        self.arrays.motion[w] = 0.0
         space = pymunk.Space()
-        space.iterations, space.collision_slop, space.collision_bias = ITERATIONS, SLOP, BIAS
+        space.iterations, space.collision_slop = ITERATIONS, SLOP
         _add_walls(space, self.world)
         bodies = [self._robot(space, i, state.poses[w, i]) for i in range(self.world.num_robots)]
         bodies += [self._object(space, b, state.objects[w, b]) for b in range(len(self.world.objects))]
@@ -177,32 +218,120 @@ def _add_walls(space: pymunk.Space, world: WorldSpec) -> None:
 
 
 @compiled(forceinline=True, _nrt=False)
-def advance(world: WorldArrays, state: StateArrays, spaces: SpaceArrays, w: int, wish: FloatArray, velocity: FloatArray) -> None:
-    """Move the robots and objects of world ``w`` through one tick with contact; ``wish`` and ``velocity`` (R, 3) are scratch."""
+def advance(world: WorldArrays, state: StateArrays, spaces: SpaceArrays, w: int, wish: FloatArray) -> None:
+    """Move the robots and objects of world ``w`` through one tick with contact; ``wish`` (R, 3) is scratch."""
     handles = spaces.handles[w]
     counters = spaces.counters[w]
-    near = world.objects.shape[0] > 0 or anything_near(world, state.poses[w], 2.0 * world.reach)
-    longest = LATTICE // spaces.substeps if near else LATTICE
+    motion = spaces.motion[w]
+    known = world.objects.shape[0] == 0 and wish.shape[0] <= LARGE
+    foresee(world, state, w, motion)
+    substeps = substeps_now(world, state.poses[w], motion, spaces.substeps) if known else spaces.substeps
+    longest = (LATTICE + substeps - 1) // substeps if substeps > 0 else LATTICE
     at = 0
     while at < LATTICE:
         until = min(LATTICE, at + longest)
-        if near and wish.shape[0] <= LARGE:
-            touch = time_to_touch(world, state.poses[w], state.held[w] if world.ideal_drive else state.motion[w], velocity)
+        if substeps > 0 and wish.shape[0] <= LARGE:
+            if at > 0:
+                foresee(world, state, w, motion)
+            touch = time_to_touch(world, state.poses[w], motion)
             if touch * LATTICE < (until - at) * world.tick:
                 until = at + int(touch / world.tick * LATTICE) + 1
         duration = (until - at) * world.tick / LATTICE
         drive(world, state, w, at / LATTICE, until / LATTICE, wish)
+        turn_to_middle(wish, motion, duration)
         write_wishes(world, state, w, wish, spaces.set_values[w])
         counters[4] = 0
         call_with_pointers(handles[EACH_BODY], handles[SPACE], handles[SET_BATCH], handles[SET_DATA])
         # wishes are velocities, so the impulses that Chipmunk remembers hold whatever a substep's length: it is told always the same
-        call_with_double(handles[STEP], handles[SPACE], world.tick / spaces.substeps)
+        told = world.tick / spaces.substeps
+        call_with_double(handles[SET_BIAS], handles[SPACE], remaining_overlap(duration, told))
+        call_with_double(handles[STEP], handles[SPACE], told)
         for b in range(BODIES, handles.shape[0]):
             call_with_double(handles[MOVE_BODY], handles[b], duration)
         counters[0] = 0
         call_with_pointers(handles[EACH_BODY], handles[SPACE], handles[GET_BATCH], handles[GET_DATA])
         read_bodies(state, w, spaces.get_values[w])
+        remember(motion, wish, spaces.get_values[w])
         at = until
+
+
+@compiled(forceinline=True, _nrt=False)
+def foresee(world: WorldArrays, state: StateArrays, w: int, motion: FloatArray) -> None:
+    """Write the velocities with which robots set out: as they wish, and as contact lets those that it held up."""
+    for i in range(motion.shape[0]):
+        c, s = cos_sin(state.poses[w, i, 2])
+        speed = state.held[w, i, 0] if world.ideal_drive else state.motion[w, i, 0]
+        motion[i, WISH_X], motion[i, WISH_Y] = speed * c, speed * s
+        if motion[i, HELD] == 0.0:
+            motion[i, HELD_X], motion[i, HELD_Y] = motion[i, WISH_X], motion[i, WISH_Y]
+
+
+@compiled(forceinline=True, _nrt=False)
+def substeps_now(world: WorldArrays, poses: FloatArray, motion: FloatArray, most: int) -> int:
+    """Return the substeps of a tick, 0 where nothing is near enough to touch.
+
+    Near pairs count with the fastest relative velocity they can have: either may be held up by others, or no longer. So do robots past
+    the end of a wall, whose touch is not foreseen. A drive with effects gets ``most``: dead time, lag or a wheel that is freed change
+    its speed inside the tick, and how it sets out tells nothing.
+    """
+    fastest, sliding, pair, wall = 0.0, 0.0, False, False
+    for i in range(poses.shape[0]):
+        for j in range(i):
+            if pair_within(world, poses, i, j, 2.0 * world.reach):
+                pair = True
+                for a in (WISH_X, HELD_X):
+                    for b in (WISH_X, HELD_X):
+                        vx, vy = motion[j, b] - motion[i, a], motion[j, b + 1] - motion[i, a + 1]
+                        fastest = max(fastest, vx * vx + vy * vy)
+                if pair_within(world, poses, i, j, TOUCH):
+                    dx, dy = poses[j, 0] - poses[i, 0], poses[j, 1] - poses[i, 1]
+                    vx, vy = motion[j, HELD_X] - motion[i, HELD_X], motion[j, HELD_Y] - motion[i, HELD_Y]
+                    past = (dx * vy - dy * vx) ** 2
+                    if past > STEADY * STEADY * (dx * dx + dy * dy):
+                        # friction and other robots let only a share of the wished slide happen, and the angle grows by that share
+                        vx, vy = motion[j, WISH_X] - motion[i, WISH_X], motion[j, WISH_Y] - motion[i, WISH_Y]
+                        sliding = max(sliding, (vx * vx + vy * vy) * past / max(past, (dx * vy - dy * vx) ** 2))
+        for e in range(world.walls.shape[0]):
+            if wall_within(world, poses, i, e, 2.0 * world.reach):
+                wall = True
+                if beyond_end(world, poses, i, e):
+                    for a in (WISH_X, HELD_X):
+                        fastest = max(fastest, motion[i, a] ** 2 + motion[i, a + 1] ** 2)
+    if not pair and not wall:
+        return 0
+    if not world.ideal_drive:
+        return most
+    needed = max(math.sqrt(fastest) / CLOSING, math.sqrt(sliding) / SLIDING)
+    return max(math.ceil(needed * world.tick - 1e-6), WALL_SUBSTEPS if wall else 1)
+
+
+@compiled(forceinline=True, _nrt=False)
+def remaining_overlap(duration: float, told: float) -> float:
+    """Return Chipmunk's collision bias, the share of an overlap that it would leave after a second, for a substep of ``duration`` s.
+
+    It pushes bodies apart with the velocity that takes 1 - bias^told of the overlap away in ``told`` s, but they move for ``duration``.
+    """
+    pushed = (1.0 - 0.5 ** (duration / HALVED)) * told / duration
+    return float(max(1.0 - pushed, 0.0) ** (1.0 / told))
+
+
+@compiled(forceinline=True, _nrt=False)
+def turn_to_middle(wish: FloatArray, motion: FloatArray, duration: float) -> None:
+    """Turn each wish as far as contact, judging by the substep before, turns the robot until the middle of the next ``duration`` s."""
+    for i in range(wish.shape[0]):
+        if motion[i, TURNED] != 0.0:
+            c, s = cos_sin(0.5 * duration * motion[i, TURNED])
+            wish[i, 0], wish[i, 1] = c * wish[i, 0] - s * wish[i, 1], s * wish[i, 0] + c * wish[i, 1]
+
+
+@compiled(forceinline=True, _nrt=False)
+def remember(motion: FloatArray, wish: FloatArray, values: FloatArray) -> None:
+    """Note what contact made of the wishes."""
+    for i in range(motion.shape[0]):
+        vx, vy = values[6 * i + 3], values[6 * i + 4]
+        motion[i, HELD] = vx != wish[i, 0] or vy != wish[i, 1]
+        motion[i, HELD_X], motion[i, HELD_Y] = vx, vy
+        motion[i, TURNED] = values[6 * i + 5] - wish[i, 2]
 
 
 @compiled(forceinline=True, _nrt=False)

@@ -17,17 +17,18 @@ from pymunk._chipmunk_cffi import ffi, lib
 from swarm_envs.compiled import cache_folder, caching_in
 
 # Entries of a world's row of handles.
-STEP, EACH_BODY, MOVE_BODY, GET_BATCH, SET_BATCH, SPACE, GET_DATA, SET_DATA, BODIES = range(9)
+STEP, EACH_BODY, MOVE_BODY, GET_BATCH, SET_BATCH, SET_BIAS, SPACE, GET_DATA, SET_DATA, BODIES = range(10)
 
 
 def function_addresses() -> npt.NDArray[np.int64]:
-    """Return the addresses (5,) of the functions that the compiled loop calls, in the order of the constants above."""
+    """Return the addresses (6,) of the functions that the compiled loop calls, in the order of the constants above."""
     names = [
         "cpSpaceStep",
         "cpSpaceEachBody",
         "cpBodyUpdatePosition",
         "pmSpaceBodyGetIteratorFuncBatched",
         "pmSpaceBodySetIteratorFuncBatched",
+        "cpSpaceSetCollisionBias",
     ]
     return np.array([address(ffi.addressof(lib, name)) for name in names], np.int64)
 

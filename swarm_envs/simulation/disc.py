@@ -21,7 +21,7 @@ from swarm_envs.compiled import compiled
 from swarm_envs.simulation import parameters as p
 from swarm_envs.simulation import scratch as m
 from swarm_envs.simulation.actuation import drive_robot
-from swarm_envs.simulation.grid import bins
+from swarm_envs.simulation.grid import bins, bounds
 from swarm_envs.simulation.parameters import FloatArray, WorldArrays
 from swarm_envs.simulation.scratch import IntArray, Scratch, scratch_for
 from swarm_envs.simulation.state import StateArrays
@@ -406,9 +406,11 @@ def renew(world: WorldArrays, poses: FloatArray, scratch: Scratch, k: int) -> No
 @compiled()
 def find_pairs_with_grid(world: WorldArrays, poses: FloatArray, scratch: Scratch) -> int:
     """Append the near pairs of a large swarm, looking only into neighbouring cells."""
-    low_x, low_y = poses[:, 0].min(), poses[:, 1].min()
-    width, height = poses[:, 0].max() - low_x, poses[:, 1].max() - low_y
-    cell = max(2.0 * scratch.columns[m.NEAR].max(), 0.5 * math.sqrt((width * height + 1e-6) / poses.shape[0]))
+    low_x, low_y, width, height = bounds(poses)
+    widest = 0.0
+    for i in range(poses.shape[0]):
+        widest = max(widest, scratch.columns[m.NEAR, i])
+    cell = max(2.0 * widest, 0.5 * math.sqrt((width * height + 1e-6) / poses.shape[0]))
     columns, rows = int(width / cell) + 1, int(height / cell) + 1
     first, order = bins(poses, low_x, low_y, cell, columns, rows)
     found = int(np.int64(0))

@@ -11,10 +11,10 @@ import numpy.typing as npt
 
 from swarm_envs.compiled import announce_compilation
 from swarm_envs.simulation import disc
-from swarm_envs.simulation.chipmunk import Spaces
+from swarm_envs.simulation.chipmunk import SpaceArrays, Spaces
 from swarm_envs.simulation.parameters import FloatArray, compile_world
 from swarm_envs.simulation.randomness import world_keys
-from swarm_envs.simulation.start import check_start, object_starts, start_world
+from swarm_envs.simulation.start import check_start, object_starts, start_worlds
 from swarm_envs.simulation.state import StateArrays, empty_state
 from swarm_envs.simulation.stepping import run_worlds, sense_worlds, step_worlds
 from swarm_envs.simulation.touching import touching
@@ -50,7 +50,7 @@ class Simulation:
         self._objects = object_starts(self.world)
         self._wish = np.zeros((self.world.num_robots, 3))
         self._scratch = disc.scratch(self._parameters)
-        self._spaces = Spaces(self.world, num_worlds if self.engine == "chipmunk" else 0)
+        self._spaces = Spaces(self.world, self.num_worlds) if self.engine == "chipmunk" else None
         self.reset(0)
 
     def reset(
@@ -74,12 +74,11 @@ class Simulation:
             raise WorldError(f"which names world {worlds.max()}, expected indices from 0 to {self.num_worlds - 1}")
         drawn = world_keys(seed, first, len(worlds)) if keys is None else keys
         given = None if initial_poses is None else self._given_poses(initial_poses, len(worlds))
-        for k, w in enumerate(worlds):
-            start_world(self._parameters, self._state, int(w), drawn[k], self._points, self._objects)
-            if given is not None:
-                self._state.poses[w] = given[k]
-            if self.engine == "chipmunk":
-                self._spaces.rebuild(int(w), self._state)
+        start_worlds(self._parameters, self._state, worlds, drawn, self._points, self._objects)
+        if given is not None:
+            self._state.poses[worlds] = given
+        if self._spaces is not None:
+            self._spaces.forget(worlds)
         sense_worlds(self._parameters, self._state, worlds, self._scratch)
 
     def step(self, commands: npt.ArrayLike, messages: npt.ArrayLike | None = None) -> None:
@@ -98,16 +97,14 @@ class Simulation:
             given = f"shape {array.shape}" if array.shape != expected else "a value that is not finite"
             raise WorldError(f"commands: given {given}, expected {expected} finite speeds (worlds, robots, v omega) in m/s and rad/s")
         self._send(messages)
-        step_worlds(
-            self._parameters, self._state, self._spaces.arrays if self.engine == "chipmunk" else None, array, self._wish, self._scratch
-        )
+        step_worlds(self._parameters, self._state, self._ready_spaces(), array, self._wish, self._scratch)
 
     def observe(self) -> None:
         """Take readings anew, and tell the engine, for those who have moved robots by writing to :attr:`poses`."""
-        if self.engine == "chipmunk":
-            for w in range(self.num_worlds):
-                self._spaces.rebuild(w, self._state)
-        sense_worlds(self._parameters, self._state, np.arange(self.num_worlds), self._scratch)
+        worlds = np.arange(self.num_worlds)
+        if self._spaces is not None:
+            self._spaces.forget(worlds)
+        sense_worlds(self._parameters, self._state, worlds, self._scratch)
 
     def run(
         self, controllers: FloatArray, steps: int, every: int, poses: FloatArray, detections: npt.NDArray[np.uint8], commands: FloatArray
@@ -122,7 +119,7 @@ class Simulation:
         if [poses.shape, detections.shape, commands.shape] != expected or controllers.shape[:2] != (frames[0], frames[2]):
             raise WorldError(f"run: arrays do not have the shapes {expected}, or controllers not ({frames[0]}, {frames[2]}, numbers)")
         run_worlds(
-            self._parameters, self._state, self._spaces.arrays if self.engine == "chipmunk" else None, controllers, steps, every,
+            self._parameters, self._state, self._ready_spaces(), controllers, steps, every,
             self._wish, self._scratch, poses, detections, commands,
         )  # fmt: skip
 
@@ -157,6 +154,9 @@ class Simulation:
         """Everything that changes, for those who look inside."""
         return self._state
 
+    def _ready_spaces(self) -> SpaceArrays | None:
+        return None if self._spaces is None else self._spaces.ready(self._state)
+
     def _send(self, messages: npt.ArrayLike | None) -> None:
         if messages is None:
             if self.world.broadcast is not None:
@@ -183,10 +183,7 @@ class Simulation:
     def __setstate__(self, content: dict[str, Any]) -> None:
         """Restore; Chipmunk's spaces are rebuilt from the poses, so only ``disc`` continues to the last bit."""
         self.__dict__.update(content)
-        self._spaces = Spaces(self.world, self.num_worlds if self.engine == "chipmunk" else 0)
-        if self.engine == "chipmunk":
-            for w in range(self.num_worlds):
-                self._spaces.rebuild(w, self._state)
+        self._spaces = Spaces(self.world, self.num_worlds) if self.engine == "chipmunk" else None
 
 
 def check_engine(world: WorldSpec, engine: str) -> Engine:

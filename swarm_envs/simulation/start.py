@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import numpy.typing as npt
 
 from swarm_envs.compiled import compiled
 from swarm_envs.simulation import parameters as p
 from swarm_envs.simulation.parameters import FloatArray, WorldArrays
 from swarm_envs.simulation.randomness import STREAM_GAINS, STREAM_START_HEADING, STREAM_START_POINT, normal, uniform
+from swarm_envs.simulation.scratch import IntArray
 from swarm_envs.simulation.state import StateArrays
 from swarm_envs.worlds import WorldError, WorldSpec
 
@@ -17,40 +19,41 @@ OVERLAP_ALLOWED = 1e-6
 """Overlap in m of given start poses that still counts as touching."""
 
 
-@compiled()
-def start_world(world: WorldArrays, state: StateArrays, w: int, key: int, points: FloatArray, objects: FloatArray) -> None:
-    """Put world ``w`` at its start, drawn with ``key``.
+def start_worlds(
+    world: WorldArrays, state: StateArrays, worlds: IntArray, keys: npt.NDArray[np.uint64], points: FloatArray, objects: FloatArray
+) -> None:
+    """Put the worlds with these indices at their starts, drawn with ``keys``.
 
     Args:
         world: Parameters.
-        state: State; every entry of world ``w`` changes.
-        w: Index of the world.
-        key: Key of the world's random draws.
+        state: State; every entry of those worlds changes.
+        worlds: (n,) indices.
+        keys: (n,) of the worlds' random draws.
         points: (P, 2) start points in m, at least as many as robots.
         objects: (B, 6) poses and velocities of the objects.
     """
-    state.keys[w] = key
-    state.ticks[w] = 0
-    state.held[w] = 0.0
-    state.history[w] = 0.0
-    state.motion[w] = 0.0
-    state.moving[w] = 0
-    state.detections[w] = 0
-    state.messages[w] = 0
-    state.readings[w] = 0
-    state.stalled[w] = 0
-    state.objects[w] = objects
-    count = state.poses.shape[1]
-    order = np.arange(points.shape[0])
-    for i in range(count):
-        # Fisher and Yates: the first robots of a random order of the points
-        j = i + int(uniform(key, i, 0, STREAM_START_POINT) * (points.shape[0] - i))
-        order[i], order[j] = order[j], order[i]
-        state.poses[w, i, 0] = points[order[i], 0]
-        state.poses[w, i, 1] = points[order[i], 1]
-        state.poses[w, i, 2] = 2.0 * math.pi * uniform(key, i, 0, STREAM_START_HEADING)
-        state.gains[w, i, 0] = 1.0 + world.robots[i, p.LINEAR_GAIN_SPREAD] * normal(key, i, 0, STREAM_GAINS)
-        state.gains[w, i, 1] = 1.0 + world.robots[i, p.ANGULAR_GAIN_SPREAD] * normal(key, i, 1, STREAM_GAINS)
+    for array in state:
+        array[worlds] = 0
+    state.keys[worlds], state.objects[worlds] = keys, objects
+    draw_starts(world, state, worlds, points, np.empty(len(points), np.int64))
+
+
+@compiled(_nrt=False)
+def draw_starts(world: WorldArrays, state: StateArrays, worlds: IntArray, points: FloatArray, order: IntArray) -> None:
+    """Draw poses and each robot's own gains; ``order`` (P,) is scratch."""
+    for w in worlds:
+        key = state.keys[w]
+        for k in range(points.shape[0]):
+            order[k] = k
+        for i in range(state.poses.shape[1]):
+            # Fisher and Yates: the first robots of a random order of the points
+            j = i + int(uniform(key, i, 0, STREAM_START_POINT) * (points.shape[0] - i))
+            order[i], order[j] = order[j], order[i]
+            state.poses[w, i, 0] = points[order[i], 0]
+            state.poses[w, i, 1] = points[order[i], 1]
+            state.poses[w, i, 2] = 2.0 * math.pi * uniform(key, i, 0, STREAM_START_HEADING)
+            state.gains[w, i, 0] = 1.0 + world.robots[i, p.LINEAR_GAIN_SPREAD] * normal(key, i, 0, STREAM_GAINS)
+            state.gains[w, i, 1] = 1.0 + world.robots[i, p.ANGULAR_GAIN_SPREAD] * normal(key, i, 1, STREAM_GAINS)
 
 
 def object_starts(world: WorldSpec) -> FloatArray:

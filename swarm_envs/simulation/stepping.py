@@ -46,7 +46,7 @@ def advance_world(
     if spaces is None:
         disc.advance(world, state, w, scratch)
     else:
-        chipmunk.advance(world, state, spaces, w, wish, scratch.velocity)
+        chipmunk.advance(world, state, spaces, w, wish)
     state.ticks[w] += 1
     sense(world, state, w, scratch)
     if world.broadcast_range > 0.0:

@@ -11,29 +11,17 @@ from swarm_envs.compiled import compiled
 from swarm_envs.simulation import parameters as p
 from swarm_envs.simulation.parameters import FloatArray, WorldArrays
 from swarm_envs.simulation.state import StateArrays
-from swarm_envs.simulation.trigonometry import cos_sin
 
 TOUCH = 1e-3
 """A gap in m below which two surfaces count as touching."""
 TOUCHES_ROBOT, TOUCHES_WALL = 1, 2
+OPEN = 1e-9
+"""A gap in m above minus this counts as open where touches are foreseen: what touches exactly is no contact yet to a solver."""
 LARGE = 40
 """Swarms above this are taken to have something near at all times."""
 
-
-@compiled(forceinline=True, _nrt=False)
-def anything_near(world: WorldArrays, poses: FloatArray, margin: float) -> bool:
-    """Whether some pair of robots, or a robot and a wall, has a gap below ``margin`` m; taken to be so in a large swarm."""
-    count = poses.shape[0]
-    if count > LARGE:
-        return True
-    for i in range(count):
-        for j in range(i):
-            if pair_within(world, poses, i, j, margin):
-                return True
-        for e in range(world.walls.shape[0]):
-            if wall_within(world, poses, i, e, margin):
-                return True
-    return False
+# Columns of how a robot moves: as it wishes and as contact made it, in m/s; whether contact changed its way; by how much its turn, rad/s.
+WISH_X, WISH_Y, HELD_X, HELD_Y, HELD, TURNED = range(6)
 
 
 @compiled(forceinline=True, _nrt=False)
@@ -60,35 +48,45 @@ def wall_within(world: WorldArrays, poses: FloatArray, i: int, e: int, margin: f
 
 
 @compiled(forceinline=True, _nrt=False)
-def time_to_touch(world: WorldArrays, poses: FloatArray, speeds: FloatArray, velocity: FloatArray) -> float:
-    """Return the time in s until two robots, or a robot and a wall, that are apart touch; infinite if none do.
+def beyond_end(world: WorldArrays, poses: FloatArray, i: int, e: int) -> bool:
+    """Whether a robot's centre lies past an end of a wall, so that it could only touch that end."""
+    walls = world.walls
+    along = (poses[i, 0] - walls[e, p.START_X]) * walls[e, p.ALONG_X] + (poses[i, 1] - walls[e, p.START_Y]) * walls[e, p.ALONG_Y]
+    return bool(along < 0.0 or along > walls[e, p.LENGTH])
+
+
+@compiled(forceinline=True, _nrt=False)
+def time_to_touch(world: WorldArrays, poses: FloatArray, motion: FloatArray) -> float:
+    """Return the time in s until two robots, or a robot and a wall, that are apart could touch; infinite if none could.
+
+    Robots drive straight on, each as it wishes or as contact made it, whichever brings the two together faster.
 
     Args:
         world: Parameters.
         poses: (R, 3).
-        speeds: (R, 2) v in m/s and omega in rad/s; robots are taken to drive straight on.
-        velocity: (R or more, 3) scratch memory.
+        motion: (R, 6) columns above.
     """
     count = poses.shape[0]
-    for i in range(count):
-        c, s = cos_sin(poses[i, 2])
-        velocity[i, 0], velocity[i, 1] = speeds[i, 0] * c, speeds[i, 0] * s
     soonest = math.inf
     for i in range(count):
         for j in range(i):
             dx, dy = poses[j, 0] - poses[i, 0], poses[j, 1] - poses[i, 1]
-            vx, vy = velocity[j, 0] - velocity[i, 0], velocity[j, 1] - velocity[i, 1]
+            a = WISH_X if dx * (motion[i, WISH_X] - motion[i, HELD_X]) + dy * (motion[i, WISH_Y] - motion[i, HELD_Y]) > 0.0 else HELD_X
+            b = WISH_X if dx * (motion[j, WISH_X] - motion[j, HELD_X]) + dy * (motion[j, WISH_Y] - motion[j, HELD_Y]) < 0.0 else HELD_X
+            vx, vy = motion[j, b] - motion[i, a], motion[j, b + 1] - motion[i, a + 1]
             touch = world.robots[i, p.RADIUS] + world.robots[j, p.RADIUS]
-            outside, approach, squared = dx * dx + dy * dy - touch * touch, dx * vx + dy * vy, vx * vx + vy * vy
-            inside = approach * approach - squared * outside
-            if outside > 0.0 and approach < 0.0 and inside > 0.0:
-                soonest = min(soonest, (-approach - math.sqrt(inside)) / squared)
+            outside, approach = dx * dx + dy * dy - touch * touch, dx * vx + dy * vy
+            inside = approach * approach - (vx * vx + vy * vy) * outside
+            if outside > -OPEN * touch and approach < 0.0 and inside > 0.0:
+                # the root of a quadratic in the form that nothing cancels or underflows in: solved velocities fade to 1e-160 m/s
+                soonest = min(soonest, max(outside, 0.0) / (math.sqrt(inside) - approach))
         for e in range(world.walls.shape[0]):
             ux, uy = world.walls[e, p.ALONG_X], world.walls[e, p.ALONG_Y]
             px, py = poses[i, 0] - world.walls[e, p.START_X], poses[i, 1] - world.walls[e, p.START_Y]
-            gap, opening = ux * py - uy * px - world.robots[i, p.RADIUS], ux * velocity[i, 1] - uy * velocity[i, 0]
-            if gap > 0.0 and opening < 0.0:
-                soonest = min(soonest, -gap / opening)
+            gap = ux * py - uy * px - world.robots[i, p.RADIUS]
+            opening = min(ux * motion[i, WISH_Y] - uy * motion[i, WISH_X], ux * motion[i, HELD_Y] - uy * motion[i, HELD_X])
+            if gap > -OPEN and opening < 0.0:
+                soonest = min(soonest, max(gap, 0.0) / -opening)
     return soonest
 
 
