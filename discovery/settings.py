@@ -1,6 +1,9 @@
 """What a run may be told: one dataclass a config group, each number with its bounds.
 
 Values live in ``configs/``; these classes give them types, refuse unknown keys and numbers out of bounds.
+
+A setting that is added later takes a neutral value, with which everything is as it was before. A config that lacks it is read with that
+value, and written without it: folders of earlier runs stay readable and keep their identity.
 """
 
 from __future__ import annotations
@@ -15,14 +18,14 @@ from omegaconf.errors import OmegaConfBaseException
 from discovery.errors import DiscoveryError
 
 
-def number(low: float, high: float = float("inf")) -> Any:
+def number(low: float, high: float = float("inf"), neutral: Any = MISSING) -> Any:
     """Declare a number, or a list of numbers, from ``low`` to ``high``."""
-    return dataclasses.field(default=MISSING, metadata={"low": low, "high": high})
+    return dataclasses.field(default=neutral, metadata={"low": low, "high": high})
 
 
-def choice(*options: str) -> Any:
-    """Declare a word out of ``options``."""
-    return dataclasses.field(default=MISSING, metadata={"options": options})
+def choice(*options: str | int, neutral: str | int = MISSING) -> Any:
+    """Declare a word or a number out of ``options``."""
+    return dataclasses.field(default=neutral, metadata={"options": options})
 
 
 @dataclass
@@ -224,7 +227,7 @@ def _check_bounds(part: Any, prefix: str) -> None:
             _check_bounds(value, key + ".")
         options = field.metadata.get("options")
         if options and value not in options:
-            raise DiscoveryError(f"{key}: given {value!r}, expected {' or '.join(options)}")
+            raise DiscoveryError(f"{key}: given {value!r}, expected {' or '.join(map(str, options))}")
         if "low" in field.metadata and value is not None:
             low, high = field.metadata["low"], field.metadata["high"]
             for item in value if isinstance(value, list) else [value]:
@@ -278,6 +281,15 @@ def setting_names(part: Any = Settings, prefix: str = "") -> list[str]:
 
 
 def to_yaml(settings: Settings) -> str:
-    """Return the settings as YAML, without those that say only where."""
-    plain = dataclasses.asdict(settings)
-    return OmegaConf.to_yaml(OmegaConf.create({key: value for key, value in plain.items() if key not in PLACES}))
+    """Return the settings as YAML, without those that say only where and those that have their neutral value."""
+
+    def walk(part: Any) -> dict[str, Any]:
+        found = {}
+        for field in dataclasses.fields(part):
+            value, neutral = getattr(part, field.name), field.default
+            if neutral in (dataclasses.MISSING, MISSING) or value != neutral:
+                found[field.name] = walk(value) if dataclasses.is_dataclass(value) else value
+        return found
+
+    plain = {key: value for key, value in walk(settings).items() if key not in PLACES}
+    return OmegaConf.to_yaml(OmegaConf.create(plain))
