@@ -36,6 +36,8 @@ class DatasetSettings:
     """How many."""
     frames: int = number(1, 64)
     """Frames of a video, evenly spaced over the last half of the rollout."""
+    trail: bool = False
+    """Whether each picture shows, fading into the past, the robots' paths since the picture before it."""
     size: int = number(8, 512)
     """Pixels a side."""
     chunk: int = number(1)
@@ -43,7 +45,19 @@ class DatasetSettings:
 
 
 @dataclass
-class SimCLRSettings:
+class NetworkSettings:
+    """What is made of a network's 512 numbers, in this order; then comes ``normalise``."""
+
+    symmetries: int = choice(1, 4, 8, neutral=1)
+    """Embeddings are means over the video turned and mirrored in so many ways: 4 leave a rectangle in place, 8 a square."""
+    whiten: str = choice("none", "standardise", "pca", neutral="none")
+    """Whether numbers, or principal components, have mean 0 and standard deviation 1 over the dataset."""
+    whiten_variance: float = number(0.01, 1.0, neutral=0.95)
+    """Share of the variance that the principal components hold which ``pca`` keeps."""
+
+
+@dataclass
+class SimCLRSettings(NetworkSettings):
     """Contrastive learning on a ResNet18."""
 
     method: str = choice("simclr")
@@ -71,7 +85,7 @@ class SimCLRSettings:
 
 
 @dataclass
-class TripletSettings:
+class TripletSettings(NetworkSettings):
     """A ResNet18 trained on judgements of which of two rollouts is more like a third."""
 
     method: str = choice("triplet")
@@ -103,7 +117,7 @@ class TripletSettings:
 
 
 @dataclass
-class UntrainedSettings:
+class UntrainedSettings(NetworkSettings):
     """A ResNet18 that is not trained."""
 
     method: str = choice("untrained")
