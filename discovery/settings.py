@@ -145,9 +145,14 @@ REPRESENTATIONS: dict[str, type] = {
 
 @dataclass
 class SearchSettings:
-    """Novelty search."""
+    """Which controllers are tried, and which of them have children."""
 
-    method: str = choice("novelty")
+    method: str = choice("novelty", "random", "isoline")
+    """Who proposes controllers: a genetic algorithm that selects by novelty, chance, or isoline variation."""
+    archive: str = choice("proximity", "cvt", neutral="proximity")
+    """Where parents come from: everything evaluated, or the cells of a tessellation. What is evaluated is recorded in either case."""
+    distance: str = choice("euclidean", "cosine", neutral="euclidean")
+    """Between embeddings, for novelty and for the medoids."""
     population: int = number(2)
     generations: int = number(1)
     """How many, the random first one included."""
@@ -161,6 +166,20 @@ class SearchSettings:
     """Probability that a gene is changed."""
     mutation_step: float = number(0.0, 10.0)
     """Standard deviation of a change as a share of the gene's limit."""
+    warmup: int = number(0, neutral=0)
+    """Generations of random controllers before the method proposes; a tessellation's cells are made from them."""
+    cells: int = number(2, neutral=250)
+    """Cells of the tessellation."""
+    iso_sigma: float = number(0.0, neutral=0.01)
+    """Isoline variation: standard deviation in every direction, as a share of the gene's limit (Vassiliades and Mouret 2018)."""
+    line_sigma: float = number(0.0, neutral=0.2)
+    """Isoline variation: standard deviation along the line between two parents, as a share of their difference."""
+    minimal_criterion: float = number(0.0, 1.0, neutral=0.0)
+    """Parents' swarms move at least so fast on average, as a share of the world's top speed; 0 asks nothing."""
+    min_speed: float = number(0.0, neutral=0.0)
+    """Smallest magnitude in m/s of both speeds of a proposed controller."""
+    min_turn_rate: float = number(0.0, neutral=0.0)
+    """Smallest magnitude in rad/s of both turn rates of a proposed controller."""
     include: list[Any] = dataclasses.field(default_factory=list)  # omegaconf takes no whole numbers for nested floats
     """Controllers [v0, w0, v1, w1] in m/s and rad/s that join the first population."""
 
@@ -171,6 +190,14 @@ class ClusteringSettings:
 
     method: str = choice("kmedoids")
     medoids: int = number(1)
+    standardise: bool = False
+    """Whether every number of the embeddings has mean 0 and standard deviation 1 over the archive first."""
+    whiten: bool = False
+    """Whether the principal components that hold 99 % of the variance weigh the same first."""
+    stable: int = number(0, neutral=0)
+    """Members nearest to each medoid that are tried from other starts, for the steadiest to stand for the cluster; 0 keeps the medoid."""
+    sample: int = number(10, neutral=10_000)
+    """Archive members that are clustered at once; larger archives by samples of that many (CLARA)."""
 
 
 @dataclass
@@ -265,8 +292,27 @@ def _check_together(settings: Settings) -> None:
         crop = representation.crop_scale
         if len(crop) != 2 or crop[0] > crop[1]:
             raise DiscoveryError(f"representation.crop_scale: given {crop}, expected [smallest, largest]")
+    _check_search(settings.search)
     if len(settings.search.include) > settings.search.population:
         raise DiscoveryError(f"search.include: given {len(settings.search.include)} controllers, expected at most search.population")
+
+
+def _check_search(search: SearchSettings) -> None:
+    drawn = search.warmup * search.population
+    if search.archive == "cvt" and search.method == "novelty":
+        raise DiscoveryError("search.archive: given 'cvt', but search.method=novelty measures against everything; take random or isoline")
+    if search.archive == "cvt" and drawn < search.cells:
+        raise DiscoveryError(f"search.cells: given {search.cells}, expected at most the {drawn} evaluations of search.warmup")
+    if search.archive == "cvt" and search.distance == "cosine":
+        raise DiscoveryError(
+            "search.distance: given 'cosine', but search.archive=cvt has Euclidean cells; take representation.normalise=true"
+        )
+    if search.method == "isoline" and search.warmup < 1:
+        raise DiscoveryError("search.warmup: given 0, expected 1 or more: isoline variation needs parents")
+    if search.warmup >= search.generations:
+        raise DiscoveryError(f"search.warmup: given {search.warmup}, expected fewer than search.generations, {search.generations}")
+    if search.minimal_criterion > 0 and search.method != "novelty":
+        raise DiscoveryError(f"search.minimal_criterion: works with search.method=novelty only, given {search.method}")
 
 
 def flat(settings: Settings) -> dict[str, Any]:
