@@ -98,7 +98,7 @@ def _genetic(wish: Wish) -> EmitterBase:
 def _isoline(wish: Wish) -> EmitterBase:
     return IsoLineEmitter(
         wish.archive,
-        iso_sigma=wish.settings.iso_sigma * wish.box.limits,
+        iso_sigma=wish.settings.iso_sigma * wish.box.limits,  # type: ignore[arg-type]  # a number for each gene broadcasts
         line_sigma=wish.settings.line_sigma,
         x0=np.zeros(4),  # never used: the warm-up fills the archive
         lower_bounds=-wish.box.limits,

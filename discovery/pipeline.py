@@ -21,6 +21,7 @@ from discovery.representations.interface import Fitted
 from discovery.run_folder import ARCHIVE, METRICS, RunFolder
 from discovery.search import run_search
 from discovery.simulate import Simulator
+from discovery.stability import steadiest
 from swarm_envs.worlds import load_world
 
 
@@ -54,13 +55,20 @@ def discover(folder: RunFolder) -> Path:
         archive = run_search(folder, simulator, fitted.representation)
         line.done = f"{len(archive)} controllers in the archive; {_count(archive.labels.tolist())}"
     with stage("clusters", seconds) as line:
-        clusters = cluster(archive.embeddings, settings.clustering, settings.seed)
+        clusters = cluster(archive.embeddings, settings.clustering, settings.seed, settings.search.distance)
+        steadiness = None
+        if settings.clustering.stable:
+            steadiness = steadiest(clusters, archive, simulator, fitted.representation, settings)
+            clusters = steadiness.clusters
         folder.write(ARCHIVE, to_parquet(archive, clusters))
         medoid_labels = archive.labels[clusters.medoids].tolist()
         line.done = f"{len(clusters.medoids)} medoids; {_count(medoid_labels)}"
     with stage("confirming", seconds) as line:
         confirmations = confirm(simulator, archive.controllers[clusters.medoids], medoid_labels, settings.seed)
-        folder.write_json(METRICS, summarise(settings.representation.method, archive, clusters, fitted, confirmations))
+        summary = summarise(settings.representation.method, archive, clusters, fitted, confirmations)
+        if steadiness is not None:
+            summary["stability"] = steadiness.summary()
+        folder.write_json(METRICS, summary)
         line.done = describe(confirmations)
     with stage("report", seconds) as line:
         path = write_report(folder, simulator, archive, clusters, confirmations, fitted, manifest)

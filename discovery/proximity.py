@@ -80,7 +80,7 @@ class EverythingArchive(ProximityArchive):
             self._stats_update(0.0, begin)
         return {"status": np.full(count, 2, dtype=np.int32), "novelty": novelty}
 
-    def compute_novelty(self, measures: npt.ArrayLike, local_competition: None = None) -> npt.NDArray[np.float64]:
+    def compute_novelty(self, measures: npt.ArrayLike, local_competition: npt.ArrayLike | None = None) -> npt.NDArray[np.float64]:
         """Novelty (B,) of measures (B, measure_dim) that are not in the archive; 0 when it is empty.
 
         Raises:
@@ -104,4 +104,4 @@ class EverythingArchive(ProximityArchive):
     def clear(self) -> None:
         """Forget everything."""
         super().clear()
-        self._neighbours = Neighbours(self.measure_dim, self._neighbours.distance)
+        self._neighbours = Neighbours(int(self.measure_dim), self._neighbours.distance)
