@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from discovery.evaluation import published
 from discovery.evaluation.groups import FloatArray, mean_and_error
 from discovery.evaluation.probes import probe
 from discovery.evaluation.tables import write_csv, write_figure, write_json
@@ -39,7 +40,7 @@ def judge_representations(groups: dict[str, list[Run]], test: HeldOut) -> list[J
         matrices, probes = [], []
         for run in runs:
             embeddings = test.embed(run.representation)
-            matrices.append(confusion(embeddings, test.labels, classes))
+            matrices.append(confusion(embeddings, test.labels, classes, run.settings.search.distance))
             probes.append(probe(embeddings, test.labels))
         mean, error = mean_and_error(matrices)
         numbers = {key: mean_and_error([found[key] for found in probes]) for key in ("knn", "linear")}
@@ -64,6 +65,8 @@ def write_representations(folder: Path, judged: list[Judged], test: HeldOut) -> 
             "labels_given_by": test.given_by,
             "test_set": dict(Counter(test.labels.tolist())),
             "classes": classes,
+            "gain_over_hand_crafted": gains(judged, classes),
+            "paper_gain_of_simclr_over_hand_crafted": published.GAIN,
             "representations": [
                 {
                     "name": entry.name, "runs": entry.runs, "confusion": entry.confusion.tolist(),
@@ -75,6 +78,18 @@ def write_representations(folder: Path, judged: list[Judged], test: HeldOut) -> 
         },
     )  # fmt: skip
     write_figure(draw(judged, classes), folder / "representations")
+
+
+def gains(judged: list[Judged], classes: list[str]) -> dict[str, dict[str, float]]:
+    """Return, by representation and class, the triplet accuracy less that of the raw hand-crafted metrics; empty without them."""
+    base = next((entry for entry in judged if entry.name == published.HAND_CRAFTED), None)
+    if base is None:
+        return {}
+    return {
+        entry.name: dict(zip(classes, (np.diag(entry.confusion) - np.diag(base.confusion)).tolist(), strict=True))
+        for entry in judged
+        if entry is not base
+    }
 
 
 def draw(judged: list[Judged], classes: list[str]) -> Any:
