@@ -68,7 +68,8 @@ class Outcome:
         groups: Effects that the calibration calls indistinguishable.
         unexplained: What a remainder depends on, if there is one.
         channel: Which channel it is in.
-        cut: Share of the held-out error that the correction takes away at each horizon, of place or heading, whichever is more.
+        cut: Share of the held-out error that the correction takes away at each horizon, of the heading where the turn rate is wrong, else
+            of the place.
         seconds: Time that the calibration took, s.
         error: Its traceback, if it failed.
     """
@@ -135,8 +136,8 @@ def perform(task: Task) -> Outcome:
             if rest is not None:
                 outcome.unexplained = rest.discrepancy.depends_on
                 outcome.channel = rest.discrepancy.channel
-                errors = [(row.position_after / row.position_before, row.heading_after / row.heading_before) for row in rest.heldout]
-                outcome.cut = [1.0 - min(pair) for pair in errors]
+                metric = "heading" if rest.discrepancy.channel == "turn rate" else "position"
+                outcome.cut = [1.0 - getattr(row, f"{metric}_after") / getattr(row, f"{metric}_before") for row in rest.heldout]
         outcome.seconds = round(time.perf_counter() - began, 2)
     return outcome
 

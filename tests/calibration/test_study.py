@@ -6,7 +6,7 @@ import pytest
 
 from tests.calibration.generator import EFFECTS
 from tests.calibration.study import Outcome, Task, names_of, read_outcomes
-from tests.calibration.tally import covered, found, report, table, wilson
+from tests.calibration.tally import as_demanded, covered, found, report, table, wilson
 
 RIGHT = Outcome("a", "singles", {"turn_bias": {"bias": 0.5}}, named={"turn_bias": {"bias": (0.49, 0.45, 0.53)}})
 OFF = Outcome("b", "singles", {"turn_bias": {"bias": 0.5}}, named={"turn_bias": {"bias": (0.4, 0.35, 0.45)}, "motor_lag": {}})
@@ -37,6 +37,15 @@ def test_an_inseparable_twin_counts_as_found_when_the_calibration_says_so():
     assert covered(TWIN, "clock_offset")
     silent = Outcome("e", "singles", TWIN.hidden, named=TWIN.named)
     assert not found(silent, "clock_offset")
+
+
+def test_an_unlisted_effect_counts_when_its_dependence_is_right_and_its_error_is_halved_at_every_horizon():
+    def outcome(depends_on: str, cut: list[float]) -> Outcome:
+        return Outcome("f", "unlisted", {}, extra="slippery_patch", unexplained=depends_on, channel="forward speed", cut=cut)
+
+    assert as_demanded(outcome("place", [0.5, 0.6, 0.7]))
+    assert not as_demanded(outcome("place", [0.4, 0.6, 0.7]))
+    assert not as_demanded(outcome("robot", [0.5, 0.6, 0.7]))
 
 
 def test_the_report_counts_each_kind():
