@@ -18,7 +18,7 @@ from discovery.progress import stage
 from discovery.report import write_report
 from discovery.representations import fit
 from discovery.representations.interface import Fitted
-from discovery.run_folder import ARCHIVE, METRICS, RunFolder
+from discovery.run_folder import ARCHIVE, ENCODER, METRICS, RunFolder
 from discovery.search import run_search
 from discovery.simulate import Simulator
 from discovery.stability import steadiest
@@ -49,6 +49,7 @@ def discover(folder: RunFolder) -> Path:
         dataset = make_dataset(folder, simulator)
         line.done = f"{len(dataset.videos)} random controllers, simulated and rendered as {dataset.videos.shape[1:]} videos"
     with stage("training", seconds) as line:
+        folder.forget_damaged(ENCODER)
         fitted = fit(folder, dataset)
         line.done = fitted.done
     with stage("search", seconds) as line:
