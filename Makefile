@@ -13,7 +13,7 @@ help:
 	@echo "make discover   from nothing to a report of ten discovered behaviours (ARGS=\"experiment=paper seed=3\")"
 	@echo "make test       ruff, mypy and the tests"
 	@echo "make guide-packages  what the guide to BenchMARL and RLlib is tested with; make test does it too"
-	@echo "make bench      speed of the simulation, with a table"
+	@echo "make bench      speed of simulation and discovery, with tables"
 	@echo "make study-walls  how often walls are followed and swarms mill, by world (docs/studies)"
 	@echo "make calibration-study  how often hidden effects are found; hours (docs/studies)"
 	@echo "make firmware   size of the robot's code on its processors; firmware-test and firmware-fuzz try it there"
@@ -42,6 +42,7 @@ format: $(VENV)/installed-dev
 
 bench: $(VENV)/installed-dev
 	@$(BIN)/python -m tests.bench.simulation
+	@$(BIN)/python -m tests.bench.discovery
 
 study-walls: $(VENV)/installed-dev
 	@$(BIN)/python docs/studies/wall_following_and_milling.py
