@@ -7,7 +7,7 @@ ARGS ?=
 # Libraries of docs/site/guides that take other versions of packages than $(VENV) has: only what differs is installed, and found first.
 GUIDES := $(VENV)/guides/benchmarl/installed $(VENV)/guides/rllib/installed
 
-.PHONY: help discover test guide-packages lint format bench study-walls calibration-study firmware firmware-test firmware-fuzz hardware docs clean
+.PHONY: help discover test guide-packages lint format bench study-walls paper-study calibration-study firmware firmware-test firmware-fuzz hardware docs clean
 
 help:
 	@echo "make discover   from nothing to a report of ten discovered behaviours (ARGS=\"experiment=paper seed=3\")"
@@ -15,6 +15,7 @@ help:
 	@echo "make guide-packages  what the guide to BenchMARL and RLlib is tested with; make test does it too"
 	@echo "make bench      speed of simulation and discovery, with tables"
 	@echo "make study-walls  how often walls are followed and swarms mill, by world (docs/studies)"
+	@echo "make paper-study  the paper's figures and tables, and what is better; hours, resumable (ARGS=\"--size paper --seeds 3\")"
 	@echo "make calibration-study  how often hidden effects are found; hours (docs/studies)"
 	@echo "make firmware   size of the robot's code on its processors; firmware-test and firmware-fuzz try it there"
 	@echo "make hardware   parts and assembly of the robot as STEP and STL, checked and drawn"
@@ -46,6 +47,9 @@ bench: $(VENV)/installed-dev
 
 study-walls: $(VENV)/installed-dev
 	@$(BIN)/python docs/studies/wall_following_and_milling.py
+
+paper-study: $(VENV)/installed-discovery
+	@$(BIN)/python -m discovery.evaluation study $(ARGS)
 
 calibration-study: $(VENV)/installed-dev
 	@$(BIN)/python -m tests.calibration.study --seed 53 --singles 100 --pairs 60 --nulls 60 --unlisted 15 --out build/calibration-study --page docs/studies/calibration_study.md
