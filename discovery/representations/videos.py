@@ -14,9 +14,9 @@ from discovery.representations.compute import Compute, choose_compute
 from discovery.representations.encoder import Encoder, load_arrays, make_network, state_arrays
 from discovery.representations.imagenet import NoWeightsError, imagenet_weights
 from discovery.representations.whitening import Whitening, fit_whitening
-from discovery.run_folder import ENCODER, RunFolder, notice
+from discovery.run_folder import ENCODER, RunFolder
 from discovery.settings import DatasetSettings
-from discovery.tensor_file import DamagedFileError, TensorFile
+from discovery.tensor_file import TensorFile
 from swarm_envs.simulation import Trajectories
 
 Videos = npt.NDArray[np.uint8]
@@ -59,10 +59,8 @@ def fit_look(folder: RunFolder, network: torch.nn.Module, videos: Videos) -> Vid
     settings: EncoderSettings = folder.settings.representation
     compute, whitening = compute_of(settings), None
     if settings.whiten != "none":
-        try:
-            whitening = saved_whitening(folder)
-        except DamagedFileError as error:
-            notice(f"refused {error}; computing it again")
+        folder.forget_damaged(WHITENING)
+        whitening = saved_whitening(folder)
         if whitening is None:
             whitening = fit_whitening(_look(folder, network, compute)(videos, progress=True), settings.whiten, settings.whiten_variance)
             folder.write_tensors(WHITENING, {"mean": whitening.mean, "directions": whitening.directions}, {"method": settings.whiten})
@@ -109,8 +107,9 @@ def saved_network(folder: RunFolder) -> tuple[torch.nn.Module, TensorFile] | Non
 
 
 def save_network(folder: RunFolder, network: torch.nn.Module, origin: str, losses: list[float]) -> None:
-    """Write the encoder, and forget the checkpoints on the way to it."""
+    """Write the encoder, and forget what was made with an earlier one that was refused."""
     shape = folder.settings.dataset
+    folder.remove(WHITENING)
     facts = {"architecture": "resnet18", "frames": shape.frames, "size": shape.size, "origin": origin, "losses": losses}
     folder.write_tensors(ENCODER, state_arrays(network), facts)
 

@@ -158,7 +158,7 @@ def test_a_damaged_whitening_is_refused_and_computed_again_by_a_run_but_not_by_a
         _ = load_run(path).representation
     folder = open_folder(path)
     fit(folder, make_dataset(folder, Simulator(load_world("hero_plus"), "chipmunk", 120, 1)))
-    assert "computing it again" in capsys.readouterr().err
+    assert "its checksum does not match its content; making it again" in capsys.readouterr().err
     assert (path / WHITENING).read_bytes() == content
     (path / WHITENING).unlink()
     with pytest.raises(DiscoveryError, match=r"whitening\.safetensors: there is none"):
