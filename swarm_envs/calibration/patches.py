@@ -24,8 +24,8 @@ NOISE = (0.03, 0.1, 0.3)
 """Errors that are left, as shares of those without the correction."""
 STEPS = 150
 """Steps of a fit at most."""
-BEYOND = 0.5
-"""How far levels may be beyond those of the smooth correction, as a share of their difference."""
+BEYOND = 1.0
+"""How far levels may be beyond those that a smooth correction reaches, as a share of their difference."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ def _fitted(parts: FloatArray, carried: FloatArray, errors: FloatArray, start: F
         noise: Standard deviation of what will be left.
     """
     values, size, error = parts[kept].reshape(-1, parts.shape[2]), carried[kept], errors[kept]
-    low, high = np.quantile(start[kept][np.abs(size) > 0], (0.1, 0.9)) if np.any(size) else (0.0, 0.0)
+    low, high = np.quantile(start[kept][np.abs(size) > 0], (0.02, 0.98)) if np.any(size) else (0.0, 0.0)
     reach = max(float(high - low), 1e-9)
     wanted = np.clip((start[kept].ravel() - 0.5 * (low + high)) / reach * 3.0, -1.0, 1.0)
     dividing = np.linalg.solve(values.T @ values + 0.1 * np.eye(values.shape[1]), values.T @ wanted)

@@ -64,11 +64,15 @@ class HeldOut:
     """Error at a horizon on held-out runs."""
 
     horizon_s: float
+    position_world: float
+    """rms in m of the world as it was."""
     position_before: float
-    """rms in m with the listed effects alone."""
+    """With the named effects alone, fitted to other runs."""
     position_after: float
-    heading_before: float
+    """With the corrections, fitted to other runs."""
+    heading_world: float
     """rms in rad."""
+    heading_before: float
     heading_after: float
 
 
@@ -142,8 +146,8 @@ def find_unlisted(log: Log, identified: Identified) -> Unlisted | None:
     if len(found.errors) < ENOUGH or int(found.group.max()) < 1:
         return None
     groups = int(found.group.max()) + 1
-    # these have seen all runs: where they are as good as corrections that have not, they are preferred
-    listed = heldout_errors(log, [identified.model] * groups, robots)
+    others = _fitted_to_others(log, identified, groups)
+    listed = heldout_errors(log, others, robots)
 
     def extended(gone: Sequence[str]) -> _Extended:
         return _extend(log, _without(identified.model, gone, identified.start), robots, groups)
@@ -159,16 +163,16 @@ def find_unlisted(log: Log, identified: Identified) -> Unlisted | None:
             if set(group) <= set(gone):
                 continue
             other = extended([*gone, *group])
-            if other.merit > best.merit - AS_GOOD or _ratio(other.errors, best.errors) < BETTER:
+            if other.merit > best.merit - AS_GOOD or _is_better(other.errors, best.errors):
                 best, gone = other, [*gone, *group]
     else:
         instead = _in_place_of_listed(identified, names, listed, extended)
         if instead is None:
             return None
         best, gone, p_value = instead
-    fair = _fitted_to_others(log, identified, groups)
-    after = [_without(model, gone, identified.start) for model in fair]
-    heldout = _compared(heldout_errors(log, fair, robots), heldout_errors(log, after, robots, best.terms))
+    after = [_without(model, gone, identified.start) for model in others]
+    world = heldout_errors(log, [identified.start] * groups, robots)
+    heldout = _compared(world, listed, heldout_errors(log, after, robots, best.terms))
     if not best.terms or max((_cut(entry) for entry in heldout), default=0.0) < WORTH:
         return None
     first = best.terms[0]
@@ -183,7 +187,7 @@ def _in_place_of_listed(
 ) -> tuple[_Extended, list[str], float] | None:
     """Return corrections that predict held-out runs clearly better than named effects, which then go; with the p-value.
 
-    Named effects are preferred: they have seen the held-out runs, corrections have not, and still have to be clearly worse.
+    Both are fitted to other runs than those that they predict. Named effects are preferred: they stay unless they are clearly worse.
     """
     if not names or _at_the_floor(identified.model, listed):
         return None
@@ -192,7 +196,7 @@ def _in_place_of_listed(
     for group in groups:
         other = extended(group)
         p_value = min(1.0, len(groups) * _chance_of_better(other.errors, listed))
-        if other.terms and p_value <= SIGNIFICANT and _ratio(other.errors, listed) < CLEARLY:
+        if other.terms and p_value <= SIGNIFICANT and _is_clearly_better(other.errors, listed):
             return other, group, p_value
     return None
 
@@ -256,13 +260,31 @@ def _chosen(trials: Sequence[Smooth], floors: Mapping[int, Floor], found: Residu
 # comparing models
 
 
-def _compared(before: Sequence[Errors], after: Sequence[Errors]) -> tuple[HeldOut, ...]:
-    return tuple(HeldOut(a.horizon_s, b.sizes[0], a.sizes[0], b.sizes[1], a.sizes[1]) for b, a in zip(before, after, strict=True))
+def _compared(world: Sequence[Errors], before: Sequence[Errors], after: Sequence[Errors]) -> tuple[HeldOut, ...]:
+    rows = []
+    for errors in zip(world, before, after, strict=True):
+        place, heading = zip(*(entry.sizes for entry in errors), strict=True)
+        rows.append(HeldOut(errors[0].horizon_s, *place, *heading))
+    return tuple(rows)
 
 
-def _ratio(these: Sequence[Errors], those: Sequence[Errors]) -> float:
-    """Return the geometric mean of the ratios of two models' held-out errors."""
-    return float(np.exp(np.mean([np.log(np.divide(a.sizes, b.sizes)) for a, b in zip(these, those, strict=True)])))
+def _ratios(these: Sequence[Errors], those: Sequence[Errors]) -> tuple[float, float]:
+    """Return the geometric means of the ratios of two models' held-out errors, of place and of heading."""
+    ratios = np.array([np.log(np.divide(a.sizes, b.sizes)) for a, b in zip(these, those, strict=True)])
+    place, heading = np.exp(ratios.mean(axis=0)) if len(ratios) else (1.0, 1.0)
+    return float(place), float(heading)
+
+
+def _is_better(these: Sequence[Errors], those: Sequence[Errors]) -> bool:
+    """Whether held-out errors are smaller, all in all."""
+    place, heading = _ratios(these, those)
+    return place * heading < BETTER**2
+
+
+def _is_clearly_better(these: Sequence[Errors], those: Sequence[Errors]) -> bool:
+    """Whether held-out errors of place or of heading are clearly smaller, and those of the other are no larger."""
+    better, other = sorted(_ratios(these, those))
+    return better < CLEARLY and other < 2.0 - BETTER
 
 
 def _chance_of_better(these: Sequence[Errors], those: Sequence[Errors]) -> float:

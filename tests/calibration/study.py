@@ -68,8 +68,9 @@ class Outcome:
         groups: Effects that the calibration calls indistinguishable.
         unexplained: What a remainder depends on, if there is one.
         channel: Which channel it is in.
-        cut: Share of the held-out error that the correction takes away at each horizon, of the heading where the turn rate is wrong, else
-            of the place.
+        cut: Share of the held-out error of the listed effects that the correction takes away at each horizon, of the heading where
+            the turn rate is wrong, else of the place.
+        cut_world: The same of the world's error, which has no effects.
         seconds: Time that the calibration took, s.
         error: Its traceback, if it failed.
     """
@@ -83,6 +84,7 @@ class Outcome:
     unexplained: str | None = None
     channel: str | None = None
     cut: list[float] = field(default_factory=list)
+    cut_world: list[float] = field(default_factory=list)
     seconds: float = 0.0
     error: str | None = None
 
@@ -137,7 +139,9 @@ def perform(task: Task) -> Outcome:
                 outcome.unexplained = rest.discrepancy.depends_on
                 outcome.channel = rest.discrepancy.channel
                 metric = "heading" if rest.discrepancy.channel == "turn rate" else "position"
-                outcome.cut = [1.0 - getattr(row, f"{metric}_after") / getattr(row, f"{metric}_before") for row in rest.heldout]
+                rows = [asdict(row) for row in rest.heldout]
+                outcome.cut = [1.0 - row[f"{metric}_after"] / row[f"{metric}_before"] for row in rows]
+                outcome.cut_world = [1.0 - row[f"{metric}_after"] / row[f"{metric}_world"] for row in rows]
         outcome.seconds = round(time.perf_counter() - began, 2)
     return outcome
 

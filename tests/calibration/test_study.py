@@ -40,12 +40,16 @@ def test_an_inseparable_twin_counts_as_found_when_the_calibration_says_so():
 
 
 def test_an_unlisted_effect_counts_when_its_dependence_is_right_and_its_error_is_halved_at_every_horizon():
-    def outcome(depends_on: str, cut: list[float]) -> Outcome:
-        return Outcome("f", "unlisted", {}, extra="slippery_patch", unexplained=depends_on, channel="forward speed", cut=cut)
+    def outcome(depends_on: str, cut: list[float], cut_world: list[float]) -> Outcome:
+        found = Outcome("f", "unlisted", {}, extra="slippery_patch", unexplained=depends_on, channel="forward speed")
+        found.cut, found.cut_world = cut, cut_world
+        return found
 
-    assert as_demanded(outcome("place", [0.5, 0.6, 0.7]))
-    assert not as_demanded(outcome("place", [0.4, 0.6, 0.7]))
-    assert not as_demanded(outcome("robot", [0.5, 0.6, 0.7]))
+    half = [0.5, 0.6, 0.7]
+    assert as_demanded(outcome("place", half, half))
+    assert not as_demanded(outcome("place", [0.4, 0.6, 0.7], half))
+    assert not as_demanded(outcome("place", half, [0.6, 0.4, 0.7]))
+    assert not as_demanded(outcome("robot", half, half))
 
 
 def test_the_report_counts_each_kind():
