@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,12 +14,13 @@ import numpy.typing as npt
 from discovery.controllers import random_controllers
 from discovery.evaluation import published
 from discovery.evaluation.groups import mean_and_error
-from discovery.evaluation.tables import write_csv, write_figure, write_json
+from discovery.evaluation.tables import RULES, write_csv, write_figure, write_json
 from discovery.labels import BEHAVIOURS
 from discovery.medoids import cluster
 from discovery.progress import bar
 from discovery.randomness import generator, whole_seed
 from discovery.saved_run import Run
+from discovery.settings import ClusteringSettings
 from discovery.simulate import Simulator
 from swarm_envs.behaviours import label
 
@@ -77,9 +79,8 @@ def standardised_medoids(name: str, runs: list[Run]) -> Found:
     """Return what the medoids would be of embeddings that are standardised first."""
     labels = []
     for run in runs:
-        scale = run.embeddings.std(axis=0)
-        standard = (run.embeddings - run.embeddings.mean(axis=0)) / np.where(scale > 0.0, scale, 1.0)
-        labels.append(_labels_of_medoids(standard, run.archive.labels, run))
+        settings = dataclasses.replace(run.settings.clustering, standardise=True, whiten=False)
+        labels.append(_labels_of_medoids(run.embeddings, run.archive.labels, run, settings))
     return Found(f"{name}{STANDARDISED}", labels)
 
 
@@ -109,8 +110,11 @@ def random_searches(groups: dict[str, list[Run]], simulator: Simulator) -> list[
     return [Found(f"{name}{RANDOM_SEARCH}", [labels[run.path] for run in runs]) for name, runs in groups.items()]
 
 
-def _labels_of_medoids(embeddings: npt.NDArray[Any], labels: npt.NDArray[np.str_], run: Run) -> list[str]:
-    return list(labels[cluster(embeddings, run.settings.clustering, run.settings.seed).medoids].tolist())
+def _labels_of_medoids(
+    embeddings: npt.NDArray[Any], labels: npt.NDArray[np.str_], run: Run, settings: ClusteringSettings | None = None
+) -> list[str]:
+    clusters = cluster(embeddings, settings or run.settings.clustering, run.settings.seed, run.settings.search.distance)
+    return list(labels[clusters.medoids].tolist())
 
 
 def write_frequency(folder: Path, found: list[Found]) -> None:
@@ -123,18 +127,18 @@ def write_frequency(folder: Path, found: list[Found]) -> None:
             mean, error = mean_and_error(counts)
             paper = _published(theirs, name)
             rows.append([entry.name, len(entry.labels), name, float(mean), float(error), " ".join(map(str, counts)), *paper])
-    write_csv(folder / "behaviours.csv", head, rows)
+    write_csv(folder / "behaviours.csv", head, rows, RULES)
     write_json(
         folder / "behaviours.json",
         {
-            "labels_given_by": "rules",
+            "labels_given_by": RULES,
             "fewer_runs_than_wanted": sorted(entry.name for entry in found if len(entry.labels) < ENOUGH),
             "rows": [dict(zip([key.replace("'s", "").replace(" ", "_") for key in head], row, strict=True)) for row in rows],
             "ways": {entry.name: entry.summary() for entry in found},
             "medoids": {entry.name: [dict(Counter(labels)) for labels in entry.labels] for entry in found},
         },
     )
-    write_figure(draw(found), folder / "behaviours")
+    write_figure(draw(found), folder / "behaviours", RULES)
 
 
 def _published(theirs: str | None, behaviour: str) -> tuple[float, float]:

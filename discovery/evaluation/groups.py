@@ -18,6 +18,8 @@ FloatArray = npt.NDArray[np.float64]
 
 PERSONAL = ("name", "seed", "threads", *PLACES)
 """Settings in which repetitions of one run differ."""
+ASIDE = ("report.", "tracker")
+"""Beginnings of settings that change nothing of the result."""
 
 
 def representation_name(run: Run) -> str:
@@ -63,7 +65,7 @@ def group(runs: Sequence[Run], name: Callable[[Run], str]) -> dict[str, list[Run
 
 def _telling(settings: Sequence[dict[str, Any]]) -> list[str]:
     """Return the keys whose values differ, those that repetitions differ in left out."""
-    keys = sorted({key for values in settings for key in values if key not in PERSONAL})
+    keys = sorted({key for values in settings for key in values if key not in PERSONAL and not key.startswith(ASIDE)})
     return [key for key in keys if any(values.get(key) != settings[0].get(key) for values in settings)]
 
 

@@ -62,7 +62,7 @@ def write_maps(folder: Path, maps: list[Map], test: HeldOut) -> None:
         for entry in maps
         for row, (name, place) in enumerate(zip(test.labels.tolist(), entry.places.tolist(), strict=True))
     ]
-    write_csv(folder / "tsne.csv", ["representation", "seed", "rollout", "behaviour", "x", "y"], rows)
+    write_csv(folder / "tsne.csv", ["representation", "seed", "rollout", "behaviour", "x", "y"], rows, test.given_by)
     write_json(
         folder / "tsne.json",
         {
@@ -71,7 +71,7 @@ def write_maps(folder: Path, maps: list[Map], test: HeldOut) -> None:
             "maps": [{"representation": entry.name, "seed": entry.seed, "places": entry.places.round(5).tolist()} for entry in maps],
         },
     )
-    write_figure(draw(maps, test), folder / "tsne")
+    write_figure(draw(maps, test), folder / "tsne", test.given_by)
     write_atomically(folder / "tsne.html", page(maps, test))
 
 
@@ -92,10 +92,12 @@ def draw(maps: list[Map], test: HeldOut) -> Any:
             axis.scatter(
                 *places.T, s=11, c=COLOURS.get(name, "#8a9099"), marker=SHAPES.get(name, "o"), linewidths=0, alpha=0.85, label=name
             )
-        axis.set(xticks=[], yticks=[], aspect="equal")
+        axis.set(xticks=[], yticks=[], box_aspect=1)
         axis.set_title(f"{entry.name}, seed {entry.seed}", fontsize=9)
-    handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=len(names), fontsize=8, frameon=False, markerscale=1.8)
+    handles = dict(zip(*reversed(axes[0].get_legend_handles_labels()), strict=True))
+    figure.legend(
+        [handles[name] for name in names], names, loc="outside lower center", ncols=len(names), fontsize=8, frameon=False, markerscale=1.8
+    )
     return figure
 
 

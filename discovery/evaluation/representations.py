@@ -58,7 +58,7 @@ def write_representations(folder: Path, judged: list[Judged], test: HeldOut) -> 
         for (i, j), share in np.ndenumerate(entry.confusion):
             what = "right" if i == j else f"{classes[j]} is nearer"
             rows.append([entry.name, entry.runs, classes[i], what, share, entry.confusion_error[i, j]])
-    write_csv(folder / "representations.csv", head, rows)
+    write_csv(folder / "representations.csv", head, rows, test.given_by)
     write_json(
         folder / "representations.json",
         {
@@ -77,7 +77,7 @@ def write_representations(folder: Path, judged: list[Judged], test: HeldOut) -> 
             ],
         },
     )  # fmt: skip
-    write_figure(draw(judged, classes), folder / "representations")
+    write_figure(draw(judged, classes), folder / "representations", test.given_by)
 
 
 def gains(judged: list[Judged], classes: list[str]) -> dict[str, dict[str, float]]:

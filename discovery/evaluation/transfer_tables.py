@@ -13,7 +13,7 @@ import numpy as np
 from discovery.evaluation import published
 from discovery.evaluation.frequency import RANDOM
 from discovery.evaluation.groups import interval
-from discovery.evaluation.tables import write_csv, write_figure, write_json
+from discovery.evaluation.tables import RULES, write_csv, write_figure, write_json
 from discovery.evaluation.transfer import ATTEMPTS, Flags, Transferred, mark, within
 from discovery.labels import BEHAVIOURS
 
@@ -98,12 +98,12 @@ def write_transfer(folder: Path, found: list[Transferred], target: str) -> None:
         ]
         for each in found
     ]  # fmt: skip
-    write_csv(folder / "transfer.csv", head, rows)
+    write_csv(folder / "transfer.csv", head, rows, RULES)
     summary = survival(found)
     write_json(
         folder / "transfer.json",
         {
-            "labels_given_by": "rules",
+            "labels_given_by": RULES,
             "target": target,
             "starts": len(found[0].labels),
             "survives": {
@@ -124,7 +124,7 @@ def write_transfer(folder: Path, found: list[Transferred], target: str) -> None:
             ],
         },
     )  # fmt: skip
-    write_figure(draw(summary), folder / "transfer")
+    write_figure(draw(summary), folder / "transfer", RULES)
 
 
 def _by_behaviour(found: list[Transferred]) -> dict[str, dict[str, dict[str, Any]]]:

@@ -32,7 +32,7 @@ def maps(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name in ("hand_crafted", "random"):
         paths.append(str(folder / name))
         run(tiny("steps=600", f"representation={name}", f"folder={paths[-1]}", simclr=False), given=True, opened=Opened())
-    words = ["--per-class", "20", "--most-draws", "500", "--iterations", "250", "--threads", "1"]
+    words = ["--per-class", "10", "--most-draws", "250", "--iterations", "250", "--threads", "1"]
     assert main(["tsne", *paths, "--out", str(folder / "out"), *words]) == 0
     return folder / "out"
 
@@ -47,7 +47,7 @@ def test_every_file_has_every_rollout_of_every_map(maps: Path, data: Any) -> Non
     assert told["labels_given_by"] == "rules"
     assert [entry["representation"] for entry in told["maps"]] == ["hand-crafted", "random ResNet18"]
     count = sum(told["test_set"].values())
-    assert count == 100, "twenty of five classes, or more of those that there are"
+    assert count == 50, "ten of five classes, or more of those that there are"
     rows = list(csv.DictReader((maps / "tsne.csv").open()))
     assert len(rows) == 2 * count
     assert len(data["rollouts"]) == len(base64.b64decode(data["labels"])) == count
@@ -62,7 +62,7 @@ def test_every_file_has_every_rollout_of_every_map(maps: Path, data: Any) -> Non
 
 def test_the_page_is_small_and_asks_the_network_for_nothing(maps: Path) -> None:
     text = (maps / "tsne.html").read_text()
-    assert len(text) / 100 < 10_000, "500 rollouts stay below 5 MB"
+    assert len(text) / 50 < 10_000, "500 rollouts stay below 5 MB"
     written = re.sub(r'<script id="data".*?</script>', "", text, flags=re.DOTALL)
     assert not re.search(r"//\w|url\(|@import", written.replace("// ", ""))
     assert "default-src 'none'" in text
@@ -70,7 +70,7 @@ def test_the_page_is_small_and_asks_the_network_for_nothing(maps: Path) -> None:
 
 def test_the_animations_are_the_last_half_of_the_labelled_rollouts(data: Any) -> None:
     simulator = Simulator(load_world("hero_plus"), "chipmunk", 600, 1)
-    test = draw_held_out(simulator, 20, 500, 0)
+    test = draw_held_out(simulator, 10, 250, 0)
     labels = [data["names"][code] for code in base64.b64decode(data["labels"])]
     assert labels == test.labels.tolist()
     scene = data["scene"]
@@ -103,13 +103,13 @@ def test_pointing_on_one_map_marks_all_and_plays(page: Any, data: Any) -> None:
 
     canvas = page.find_elements("css selector", "[data-map]")[1]
     before = page.execute_script("return [...document.querySelectorAll('[data-map]')].map((each) => each.toDataURL())")
-    x, y = page.execute_script("return maps.spot(1, 42)")
+    x, y = page.execute_script("return maps.spot(1, 12)")
     size = canvas.size
     ActionChains(page).move_to_element_with_offset(canvas, round(x - size["width"] / 2), round(y - size["height"] / 2)).perform()
     row = page.execute_script("return maps.chosen()")
     there = page.execute_script("return maps.spot(1, arguments[0])", row)
     assert np.hypot(there[0] - x, there[1] - y) < 2, "another one may lie on top"
-    assert said(page) == f"Rollout {row + 1} of 100: {data['names'][base64.b64decode(data['labels'])[row]]}"
+    assert said(page) == f"Rollout {row + 1} of 50: {data['names'][base64.b64decode(data['labels'])[row]]}"
     after = page.execute_script("return [...document.querySelectorAll('[data-map]')].map((each) => each.toDataURL())")
     assert all(a != b for a, b in zip(before, after, strict=True))
     first = page.execute_script("return [maps.time(), document.getElementById('rollout').toDataURL()]")

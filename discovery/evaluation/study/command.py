@@ -52,9 +52,12 @@ def run_study(arguments: argparse.Namespace) -> None:
         print(f"left out   {name}: {reason}", flush=True)
     failed = run_all([each for each in everything if each.entry.name in names], everything, run_apart)
     if not arguments.no_evaluation:
+        import torch
+
         from discovery.evaluation.study.evaluating import Evaluations
         from discovery.evaluation.study.page import write_page
 
+        torch.set_num_threads(arguments.threads)
         evaluations = Evaluations(plan, everything, out / "evaluations", arguments.threads)
         evaluations.make()
         page = arguments.page or arguments.plan.with_suffix(".md")

@@ -84,7 +84,7 @@ def write_variants(folder: Path, judged: Sequence[Variant], test: HeldOut) -> No
         ]
         for entry in entries
     ]  # fmt: skip
-    write_csv(folder / "variants.csv", head, rows)
+    write_csv(folder / "variants.csv", head, rows, test.given_by)
     write_json(
         folder / "variants.json",
         {
@@ -95,7 +95,7 @@ def write_variants(folder: Path, judged: Sequence[Variant], test: HeldOut) -> No
             "variants": entries,
         },
     )  # fmt: skip
-    write_figure(draw(judged), folder / "variants")
+    write_figure(draw(judged), folder / "variants", test.given_by)
 
 
 def _summary(variant: Variant, base: Variant | None, classes: list[str]) -> dict[str, Any]:
