@@ -22,6 +22,8 @@ from discovery.run_folder import ARCHIVE, ENCODER, METRICS, RunFolder
 from discovery.search import run_search
 from discovery.simulate import Simulator
 from discovery.stability import steadiest
+from discovery.tracking import make_tracker
+from swarm_envs.rendering import pictures
 from swarm_envs.worlds import load_world
 
 
@@ -38,13 +40,22 @@ def discover(folder: RunFolder) -> Path:
     manifest = begin_manifest(folder, world)
     threads = settings.threads or 1  # a run folder's settings hold a number
     torch.set_num_threads(threads)
-    simulator, seconds = Simulator(world, settings.engine, settings.steps, threads), manifest["seconds"]
+    simulator = Simulator(world, settings.engine, settings.steps, threads)
     print(f"run        {folder.path}", flush=True)
     print(
         f"world      {world.name}: {world.num_robots} robots, {settings.steps} ticks of {world.tick:g} s, {settings.engine} engine",
         flush=True,
     )
 
+    folder.tracker = make_tracker(folder)
+    try:
+        return _stages(folder, simulator, manifest)
+    finally:
+        folder.tracker.close()
+
+
+def _stages(folder: RunFolder, simulator: Simulator, manifest: dict[str, Any]) -> Path:
+    settings, seconds = folder.settings, manifest["seconds"]
     with stage("dataset", seconds) as line:
         dataset = make_dataset(folder, simulator)
         line.done = f"{len(dataset.videos)} random controllers, simulated and rendered as {dataset.videos.shape[1:]} videos"
@@ -72,10 +83,20 @@ def discover(folder: RunFolder) -> Path:
         folder.write_json(METRICS, summary)
         line.done = describe(confirmations)
     with stage("report", seconds) as line:
+        _picture(folder, simulator, archive, clusters)
         path = write_report(folder, simulator, archive, clusters, confirmations, fitted, manifest)
         line.done = f"{path.stat().st_size / 1e6:.1f} MB of HTML"
     end_manifest(folder, manifest)
     return path
+
+
+def _picture(folder: RunFolder, simulator: Simulator, archive: Archive, clusters: Clusters) -> None:
+    """Show the tracker how the medoids' rollouts end."""
+    folder.tracker.begin("medoids")
+    for number, row in enumerate(clusters.medoids.tolist(), start=1):
+        run = simulator.again(archive.controllers[row], int(archive.world_seed[row]), int(archive.world_index[row]))
+        *_, last = pictures(run, fps=1.0, speed=float(run.time[-1]))
+        folder.tracker.picture("medoids", f"{number} {archive.labels[row]}", last)
 
 
 def summarise(method: str, archive: Archive, clusters: Clusters, fitted: Fitted, confirmations: list[Confirmation]) -> dict[str, Any]:

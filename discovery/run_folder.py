@@ -20,6 +20,7 @@ from discovery.atomic import write_atomically
 from discovery.errors import DiscoveryError
 from discovery.settings import PLACES, Settings, flat, read_settings, to_yaml
 from discovery.tensor_file import DamagedFileError, TensorFile, read_tensor_file, write_tensor_file
+from discovery.tracking.interface import Silent, Tracker
 
 CONFIG, MANIFEST, ARCHIVE, METRICS, ENCODER, REPORT = (
     "config.yaml", "manifest.json", "archive.parquet", "metrics.json", "encoder.safetensors", "report.html",
@@ -40,6 +41,8 @@ class RunFolder:
         self.path = path
         self.settings = settings
         self.identity = hashlib.sha256(to_yaml(settings).encode()).hexdigest()[:16]
+        self.tracker: Tracker = Silent()
+        """Who is told of progress."""
         self._lock: IO[str] | None = None
 
     def __enter__(self) -> Self:

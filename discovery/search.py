@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from discovery.controllers import FloatArray, check_controllers
 from discovery.emitters import Wish, make_emitter
 from discovery.errors import DiscoveryError
 from discovery.gene_box import gene_box
-from discovery.labels import LABEL_BYTES, decode_labels, encode_labels
+from discovery.labels import BEHAVIOURS, LABEL_BYTES, decode_labels, encode_labels
 from discovery.progress import bar
 from discovery.proximity import EverythingArchive
 from discovery.randomness import whole_seed
@@ -63,6 +64,7 @@ class Search:
         """Everything evaluated, in order, wherever parents come from."""
         self.generation = 0
         """How many generations were told."""
+        self._labels: Counter[str] = Counter()
         self._scheduler = self._schedule("random" if settings.warmup else settings.method, self.record, self._include)
 
     def ask(self) -> FloatArray:
@@ -81,10 +83,17 @@ class Search:
             label=tensors["labels"],
             metrics=tensors["metrics"],
         )
+        self._labels.update(decode_labels(tensors["labels"]))
         self.generation += 1
         if self.generation == self._settings.warmup:
             parents = self._tessellate() if self._settings.archive == "cvt" else self.record
             self._scheduler = self._schedule(self._settings.method, parents, self._include[:0])
+
+    def numbers(self) -> dict[str, float]:
+        """Return what a tracker shows of the last generation, and how many of each label there are in all."""
+        novelty = self.record.data("novelty")[-self._settings.population :]
+        counts = {f"labels/{name}": float(self._labels[name]) for name in BEHAVIOURS}
+        return {"novelty/mean": float(novelty.mean()), "novelty/max": float(novelty.max()), **counts}
 
     def archive(self) -> Archive:
         """Return everything evaluated so far."""
@@ -128,6 +137,7 @@ def run_search(folder: RunFolder, simulator: Simulator, representation: Represen
     settings = folder.settings.search
     search = Search(settings, simulator.world, representation.dimension, folder.settings.seed)
     replay = folder.parts("search")
+    folder.tracker.begin("search")
     with bar(settings.population * settings.generations, "search", "rollouts") as progress:
         for number in range(settings.generations):
             controllers, seed = search.ask(), whole_seed(folder.settings.seed, "search starts", number)
@@ -143,6 +153,7 @@ def run_search(folder: RunFolder, simulator: Simulator, representation: Represen
                         "delete the search folder beside it to search again"
                     )
             search.tell(seed, tensors)
+            folder.tracker.log("search", number, search.numbers())
             progress.update(settings.population)
     return search.archive()
 

@@ -214,6 +214,15 @@ class ReportSettings:
 
 
 @dataclass
+class TrackerSettings:
+    """Where progress can be watched."""
+
+    method: str = choice("tensorboard", "none", "wandb", "mlflow", neutral="tensorboard")
+    project: str = "swarm-envs"
+    """Project of wandb, experiment of MLflow."""
+
+
+@dataclass
 class Settings:
     """A whole run."""
 
@@ -234,6 +243,7 @@ class Settings:
     search: SearchSettings = dataclasses.field(default_factory=SearchSettings)
     clustering: ClusteringSettings = dataclasses.field(default_factory=ClusteringSettings)
     report: ReportSettings = dataclasses.field(default_factory=ReportSettings)
+    tracker: TrackerSettings = dataclasses.field(default_factory=TrackerSettings)
 
 
 PLACES = ("runs", "folder", "resume")
@@ -344,11 +354,14 @@ def to_yaml(settings: Settings) -> str:
     """Return the settings as YAML, without those that say only where and those that have their neutral value."""
 
     def walk(part: Any) -> dict[str, Any]:
-        found = {}
+        found: dict[str, Any] = {}
         for field in dataclasses.fields(part):
             value, neutral = getattr(part, field.name), field.default
-            if neutral in (dataclasses.MISSING, MISSING) or value != neutral:
-                found[field.name] = walk(value) if dataclasses.is_dataclass(value) else value
+            if dataclasses.is_dataclass(value):
+                if inside := walk(value):
+                    found[field.name] = inside
+            elif neutral in (dataclasses.MISSING, MISSING) or value != neutral:
+                found[field.name] = value
         return found
 
     plain = {key: value for key, value in walk(settings).items() if key not in PLACES}

@@ -11,6 +11,7 @@ import pytest
 
 from discovery import command
 from discovery.run_folder import ARCHIVE, CONFIG, ENCODER, LOCK, MANIFEST, METRICS
+from discovery.tracking.event_files import FOLDER
 from tests.discovery.tiny_run import TINY
 
 BEFORE = (*TINY, "representation.epochs=1", "dataset.chunk=24", "representation.batch=24")
@@ -18,7 +19,8 @@ BEFORE = (*TINY, "representation.epochs=1", "dataset.chunk=24", "representation.
 
 def bytes_of(path: Path) -> dict[str, bytes]:
     """Every file but those that each session writes anew."""
-    return {str(item): item.read_bytes() for item in path.rglob("*") if item.is_file() and item.name not in (MANIFEST, LOCK)}
+    files = [item for item in path.rglob("*") if item.is_file() and item.name not in (MANIFEST, LOCK) and FOLDER not in item.parts]
+    return {str(item): item.read_bytes() for item in files}
 
 
 class Disk:
@@ -83,3 +85,18 @@ def test_a_full_disk_is_told_from_a_place_that_may_not_be_written(
     monkeypatch.setattr(os, "replace", refuse)
     assert call(monkeypatch, *BEFORE, f"folder={tmp_path / 'run'}") == 1
     assert "cannot be written (Permission denied)" in capsys.readouterr().err
+
+
+def test_a_disk_that_is_full_for_a_tracker_stops_the_run_with_one_line_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    def full(*_: Any) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with monkeypatch.context() as patch:
+        patch.setattr("tensorboard.summary.writer.record_writer.RecordWriter.write", full)
+        assert call(patch, *BEFORE, f"folder={tmp_path / 'run'}") == 1
+    said = capfd.readouterr().err.strip().splitlines()
+    assert len(said) == 1, said
+    assert "the disk is full" in said[0]
+    assert call(monkeypatch, f"resume={tmp_path / 'run'}") == 0
