@@ -52,6 +52,9 @@ def main(given: Sequence[str] | None = None) -> int:
     arguments = parser().parse_args(given)
     try:
         _evaluate(arguments)
+    except KeyboardInterrupt:
+        print("discovery.evaluation: stopped; the same command goes on where it was", file=sys.stderr)
+        return 130
     except (DiscoveryError, WorldError, OSError) as error:
         print(f"discovery.evaluation: {error}", file=sys.stderr)
         return 1

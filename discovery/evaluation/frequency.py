@@ -14,6 +14,7 @@ import numpy.typing as npt
 from discovery.controllers import random_controllers
 from discovery.evaluation import published
 from discovery.evaluation.groups import mean_and_error
+from discovery.evaluation.legend import COLOURS
 from discovery.evaluation.tables import RULES, write_csv, write_figure, write_json
 from discovery.labels import BEHAVIOURS
 from discovery.medoids import cluster
@@ -153,15 +154,15 @@ def draw(found: list[Found]) -> Any:
     """Return a figure of stacked mean counts, a bar for each way."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(9, 0.7 * len(found) + 1.6), layout="constrained")
+    figure = Figure(figsize=(9, 0.34 * len(found) + 1.4), layout="constrained")
     axis = figure.subplots()
     left = np.zeros(len(found))
     names = [f"{entry.name} ({len(entry.labels)})" for entry in found]
     for name in BEHAVIOURS:
         means = np.array([np.mean(entry.count(name)) for entry in found])
-        axis.barh(names, means, left=left, label=name)
+        axis.barh(names, means, left=left, label=name, color=COLOURS[name])
         left += means
     axis.invert_yaxis()
     axis.set_xlabel("medoids, mean over runs")
-    axis.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.4, -0.25), ncols=6)
+    figure.legend(loc="outside upper right", fontsize=8, ncols=6, frameon=False)
     return figure

@@ -14,6 +14,7 @@ import numpy.typing as npt
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, select_autoescape
 
 from discovery.atomic import write_atomically
+from discovery.evaluation.legend import COLOURS, SHAPES
 from discovery.evaluation.tables import write_csv, write_figure, write_json
 from discovery.held_out import HeldOut
 from discovery.labels import BEHAVIOURS
@@ -24,15 +25,6 @@ from swarm_envs.simulation import Trajectories
 
 FRAMES = 60
 """Frames of an animation, about; 500 of eight robots make 2.4 MB of page."""
-SHAPES = {
-    "aggregation": "o", "cyclic pursuit": "s", "dispersal": "^", "milling": "D", "wall following": "v", "random": "X",
-}  # fmt: skip
-"""Marker of each behaviour in the figures; the page has the same shapes."""
-COLOURS = {
-    "aggregation": "#e69f00", "cyclic pursuit": "#0072b2", "dispersal": "#009e73", "milling": "#cc79a7", "wall following": "#d55e00",
-    "random": "#8a9099",
-}  # fmt: skip
-"""Those of the report's ``style.css``."""
 
 
 @dataclass(frozen=True)

@@ -98,12 +98,13 @@ def draw(judged: list[Judged], classes: list[str]) -> Any:
 
     columns = min(3, len(judged))
     rows = -(-len(judged) // columns)
-    figure = Figure(figsize=(4.4 * columns, 4.6 * rows), layout="constrained")
+    figure = Figure(figsize=(4.2 * columns, 4.6 * rows), layout="constrained")
     axes = np.ravel(figure.subplots(rows, columns, squeeze=False))
     for axis in axes[len(judged) :]:
         axis.axis("off")
     for axis, entry in zip(axes, judged, strict=False):
-        axis.imshow(entry.confusion, vmin=0, vmax=1, cmap="cividis")
+        axis.imshow(entry.confusion, vmin=0, vmax=1, cmap="cividis", aspect="auto")
+        axis.set_box_aspect(1)
         for (i, j), value in np.ndenumerate(entry.confusion):
             spread = entry.confusion_error[i, j]
             text = f"{value:.2f}" + (f"\n±{spread:.2f}" if np.isfinite(spread) else "")

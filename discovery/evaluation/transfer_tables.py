@@ -156,10 +156,10 @@ def draw(summary: list[Survival]) -> Any:
     theirs = [(100 * published.SUCCESS[entry.world][0], row) for row, entry in enumerate(summary) if entry.world in published.SUCCESS]
     if theirs:
         axis.plot(*zip(*theirs, strict=True), "D", color="#1d2126", fillstyle="none", label="paper, real robots")
-    axis.set_yticks(rows, [f"{entry.world} ({entry.medoids} medoids, {entry.runs} runs)" for entry in summary])
+    axis.set_yticks(rows, [f"{entry.world}\nmedoids: {entry.medoids}, runs: {entry.runs}" for entry in summary])
     axis.invert_yaxis()
     axis.set_xlim(-3, 103)
-    axis.set_xlabel("attempts that show the behaviour again (%), mean and 95 % interval over runs")
+    axis.set_xlabel("attempts that succeed (%), mean and 95 % interval over runs")
     axis.grid(axis="x", alpha=0.3)
     figure.legend(loc="outside upper right", ncols=4, fontsize=8, frameon=False)
     return figure

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from types import FrameType
 
 from discovery.command import CONFIGS
 from discovery.errors import DiscoveryError
@@ -50,7 +54,8 @@ def run_study(arguments: argparse.Namespace) -> None:
     names = {entry.name for entry in chosen} - set(left_out)
     for name, reason in left_out.items():
         print(f"left out   {name}: {reason}", flush=True)
-    failed = run_all([each for each in everything if each.entry.name in names], everything, run_apart)
+    with _ended_with_what_it_runs():
+        failed = run_all([each for each in everything if each.entry.name in names], everything, run_apart)
     if not arguments.no_evaluation:
         import torch
 
@@ -65,3 +70,17 @@ def run_study(arguments: argparse.Namespace) -> None:
         print(page)
     if failed:
         raise DiscoveryError(f"{len(failed)} of the runs failed, the first is {failed[0]}")
+
+
+@contextmanager
+def _ended_with_what_it_runs() -> Iterator[None]:
+    """Let a request to end reach the run too, as Ctrl-C does: otherwise it would go on alone and hold its folder."""
+
+    def end(number: int, frame: FrameType | None) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGTERM, end)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
