@@ -18,10 +18,11 @@ from discovery.evaluation.study.command import STUDY
 from discovery.evaluation.study.evaluating import Evaluations
 from discovery.evaluation.study.hand_over import NOTE
 from discovery.evaluation.study.page import EMPTY, write_page
-from discovery.evaluation.study.plan import SIZES, Plan, Planned, choose, plan_runs, read_plan
+from discovery.evaluation.study.plan import Plan, Planned, choose, plan_runs, read_plan
 from discovery.evaluation.study.running import finished, run_all
 from discovery.evaluation.study.weights import without_weights
 from discovery.run_folder import open_folder
+from discovery.settings import to_yaml
 from tests.discovery.tiny_run import SHORT, SIMCLR
 
 BRIEF = [*SIMCLR, "representation.epochs=1", "representation.checkpoint_seconds=60"]
@@ -94,20 +95,30 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> Study:
 
 
 def test_the_projects_own_plan_is_made_of_settings_that_there_are() -> None:
-    for size in SIZES:
-        plan = read_plan(STUDY, size)
-        runs = plan_runs(plan, plan.entries, 5, Path("out"), 2)
-        assert {each.settings.search.population * each.settings.search.generations for each in runs} == {5000}, "the paper's budget"
-        assert {each.settings.clustering.medoids for each in runs} == {10}
-        assert len(runs) == 5 * len(plan.entries)
-        assert [entry.name for entry in plan.of("representations")] == [
-            "hand_crafted", "hand_crafted_standardised", "triplet_simulated_annotator", "simclr", "random", "imagenet",
-        ]  # fmt: skip
-        assert {each.settings.world for each in runs if each.entry.kind == "worlds"} == {
-            "unrefined", "hero_plus_frictionless", "hero_plus_unlimited", "hero_plus_unshielded",
-        }  # fmt: skip
-        epochs = {each.settings.representation.epochs for each in runs if each.entry.name in ("simclr", "unrefined")}
-        assert epochs == {{"quick": 10, "paper": 100}[size]}
+    plan = read_plan(STUDY, "quick")
+    runs = plan_runs(plan, plan.entries, 5, Path("out"), 2)
+    assert len(runs) == 5 * len(plan.entries)
+    assert {each.settings.search.population * each.settings.search.generations for each in runs} == {5000}, "the paper's budget"
+    assert {each.settings.clustering.medoids for each in runs} == {10}
+    first = [each for each in runs if each.seed == 0]
+    assert {each.entry.name: each.settings.representation.method for each in first if each.entry.kind == "representations"} == {
+        "hand_crafted": "hand_crafted", "hand_crafted_standardised": "hand_crafted", "triplet_simulated_annotator": "triplet",
+        "simclr": "simclr", "random": "untrained", "imagenet": "untrained",
+    }  # fmt: skip
+    assert {each.settings.world for each in first if each.entry.kind == "worlds"} == {
+        "unrefined", "hero_plus_frictionless", "hero_plus_unlimited", "hero_plus_unshielded",
+    }  # fmt: skip
+    settings = [to_yaml(each.settings) for each in first if each.entry.name != "hand_crafted"]
+    assert len(set(settings)) == len(settings), "no two entries are the same"
+
+
+@pytest.mark.parametrize(("size", "numbers"), [("quick", (1500, 10, 100)), ("paper", (6000, 100, 1000))])
+def test_the_size_decides_on_training_alone(size: str, numbers: tuple[int, int, int]) -> None:
+    plan = read_plan(STUDY, size)
+    for each in plan_runs(plan, choose(plan, ["simclr", "unrefined"]), 1, Path("out"), 2):
+        settings = each.settings
+        assert (settings.dataset.videos, settings.representation.epochs, settings.representation.batch) == numbers
+        assert (settings.search.population, settings.search.generations, settings.search.neighbours) == (50, 100, 15)
 
 
 def test_a_mistake_in_the_plan_is_one_line_before_anything_runs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -82,9 +82,12 @@ def _usable(other: Planned) -> bool:
 
 
 def _copy(stage: str, giver: RunFolder, taker: RunFolder) -> bool:
-    """Copy the files of a stage; what is there already stays."""
+    """Copy the files of a stage, unless the taker has begun it by itself."""
+    begun = [ENCODER, "training/step-*.safetensors"] if stage == "encoder" else [f"{stage}/*.safetensors"]
+    if any(any(taker.path.glob(pattern)) for pattern in begun):
+        return False
     names = [ENCODER] if stage == "encoder" else sorted(f"{stage}/{path.name}" for path in (giver.path / stage).glob("*.safetensors"))
-    found = [(name, giver.read_tensors(name)) for name in names if not (taker.path / name).exists()]
+    found = [(name, giver.read_tensors(name)) for name in names]
     for name, part in found:
         if part is not None:
             taker.write_tensors(name, part.tensors, part.facts)

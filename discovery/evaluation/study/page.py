@@ -46,8 +46,8 @@ def write_page(path: Path, plan: Plan, evaluations: Evaluations, left_out: dict[
     )
     environment.filters |= {"pm": _plus_minus, "signed": _signed, "percent": _percent}
     text = environment.get_template("page.md.j2").render(
-        **found, plan=plan, stem=path.stem, seeds=seeds, left_out=left_out, by_hand=kept, labels=BEHAVIOURS,
-        cells=_cells(found["behaviours"]), published=published, setup=_setup(evaluations, plan), runs=_states(evaluations, plan, seeds),
+        **found, plan=plan, stem=path.stem, seeds=seeds, left_out=left_out, by_hand=kept, labels=BEHAVIOURS, published=published,
+        cells=_cells(found["behaviours"]), setup=_setup(evaluations, plan), runs=_unfinished(evaluations, plan, left_out, seeds),
         cost=_cost(evaluations), verdicts=_verdicts(found),
     )  # fmt: skip
     tidy = re.sub(r"\n{3,}", "\n\n", re.sub(r" +\n", "\n", text))
@@ -90,10 +90,11 @@ def _cells(behaviours: Any) -> dict[str, dict[str, tuple[float, float]]]:
     return cells
 
 
-def _states(evaluations: Evaluations, plan: Plan, seeds: int) -> list[str]:
-    """Return what is not finished, in words."""
+def _unfinished(evaluations: Evaluations, plan: Plan, left_out: dict[str, str], seeds: int) -> list[str]:
+    """Return what is not finished and not left out, in words."""
     counts = Counter(each.entry.name for each in evaluations.done)
-    return [f"`{entry.name}` ({counts[entry.name]} of {seeds})" for entry in plan.entries if counts[entry.name] < seeds]
+    names = [entry.name for entry in plan.entries if entry.name not in left_out]
+    return [f"`{name}` ({counts[name]} of {seeds})" for name in names if counts[name] < seeds]
 
 
 def _cost(evaluations: Evaluations) -> dict[str, Any]:
