@@ -26,6 +26,9 @@ from discovery.tracking import make_tracker
 from swarm_envs.rendering import pictures
 from swarm_envs.worlds import load_world
 
+REMADE = (ENCODER, "training/start.safetensors")
+"""What learning leaves, and makes again when it is damaged."""
+
 
 def discover(folder: RunFolder) -> Path:
     """Do what is left to do in a locked run folder and return the report's path.
@@ -60,7 +63,8 @@ def _stages(folder: RunFolder, simulator: Simulator, manifest: dict[str, Any]) -
         dataset = make_dataset(folder, simulator)
         line.done = f"{len(dataset.videos)} random controllers, simulated and rendered as {dataset.videos.shape[1:]} videos"
     with stage("training", seconds) as line:
-        folder.forget_damaged(ENCODER)
+        for name in REMADE:
+            folder.forget_damaged(name)
         fitted = fit(folder, dataset)
         line.done = fitted.done
     with stage("search", seconds) as line:
