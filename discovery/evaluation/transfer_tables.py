@@ -54,17 +54,13 @@ def _sum_up(world: str, found: list[Transferred]) -> Survival:
     seeds = sorted({each.seed for each in found})
     named = [each for each in found if each.label != RANDOM]
 
-    def over_runs(number: Callable[[Transferred], float]) -> tuple[float, float, float]:
-        shares = [[number(each) for each in named if each.seed == seed] for seed in seeds]
-        return interval([float(np.mean(values)) for values in shares if values])
-
     return Survival(
         world, len(seeds), len(named),
         {way: sum(bool(told(each)[0]) for each in named) for way, told in WAYS.items()},
         {way: sum(bool(told(each)[:ATTEMPTS].any()) for each in named) for way, told in WAYS.items()},
-        {way: over_runs(partial(_chance, told, 1)) for way, told in WAYS.items()},
-        {way: over_runs(partial(_chance, told, ATTEMPTS)) for way, told in WAYS.items()},
-        over_runs(lambda each: each.at_home),
+        {way: _over_runs(named, partial(_chance, told, 1)) for way, told in WAYS.items()},
+        {way: _over_runs(named, partial(_chance, told, ATTEMPTS)) for way, told in WAYS.items()},
+        _over_runs(named, lambda each: each.at_home),
     )  # fmt: skip
 
 
@@ -112,7 +108,7 @@ def write_transfer(folder: Path, found: list[Transferred], target: str) -> None:
             },
             "survival": [vars(entry) for entry in summary],
             "table": {way: marks(found, way) for way in WAYS},
-            "behaviours": _by_behaviour(found),
+            "behaviours": by_behaviour(found),
             "paper": {"table": published.DEPLOYED, "success_at_first_and_within_three": published.SUCCESS},
             "medoids": [
                 {
@@ -127,17 +123,29 @@ def write_transfer(folder: Path, found: list[Transferred], target: str) -> None:
     write_figure(draw(summary), folder / "transfer", RULES)
 
 
-def _by_behaviour(found: list[Transferred]) -> dict[str, dict[str, dict[str, Any]]]:
-    """Return, by world and behaviour, how many medoids there are and the share of their attempts that succeed."""
+def by_behaviour(found: list[Transferred]) -> dict[str, dict[str, dict[str, Any]]]:
+    """Return, by world and behaviour, how many medoids of how many runs, and what share of their attempts succeeds.
+
+    Shares are means over the runs that found the behaviour, each with its 95 % interval over them.
+    """
     table: dict[str, dict[str, dict[str, Any]]] = {}
     for world in worlds_of(found):
         table[world] = {}
         for name in BEHAVIOURS:
             medoids = [each for each in found if (each.world, each.label) == (world, name)]
             if medoids:
-                ways = {way: float(np.mean([told(each).mean() for each in medoids])) for way, told in WAYS.items()}
-                table[world][name] = {"medoids": len(medoids), "at_home": float(np.mean([e.at_home for e in medoids])), **ways}
+                table[world][name] = {
+                    "medoids": len(medoids), "runs": len({each.seed for each in medoids}),
+                    **{way: _over_runs(medoids, partial(_chance, told, 1)) for way, told in WAYS.items()},
+                    "at_home": _over_runs(medoids, lambda each: each.at_home),
+                }  # fmt: skip
     return table
+
+
+def _over_runs(medoids: list[Transferred], number: Callable[[Transferred], float]) -> tuple[float, float, float]:
+    """Return mean and 95 % interval over runs of a run's mean over its medoids."""
+    seeds = sorted({each.seed for each in medoids})
+    return interval([float(np.mean([number(each) for each in medoids if each.seed == seed])) for seed in seeds])
 
 
 def draw(summary: list[Survival]) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import shutil
 from collections.abc import Sequence
@@ -16,12 +17,12 @@ from discovery.errors import DiscoveryError
 from discovery.evaluation.command import main
 from discovery.evaluation.study.command import STUDY
 from discovery.evaluation.study.evaluating import Evaluations
-from discovery.evaluation.study.hand_over import NOTE
+from discovery.evaluation.study.hand_over import NOTE, hand_over
 from discovery.evaluation.study.page import EMPTY, write_page
 from discovery.evaluation.study.plan import Plan, Planned, choose, plan_runs, read_plan
 from discovery.evaluation.study.running import finished, run_all
 from discovery.evaluation.study.weights import without_weights
-from discovery.run_folder import open_folder
+from discovery.run_folder import make_folder, open_folder
 from discovery.settings import to_yaml
 from tests.discovery.tiny_run import SHORT, SIMCLR
 
@@ -185,6 +186,24 @@ def test_a_changed_setting_shares_no_more_than_it_may(study: Study, tmp_path: Pa
     told = json.loads((other.path("variants", "six", 1) / NOTE).read_text())
     assert told.keys() == {"dataset", "encoder", "search"}
     assert all(giver.endswith("/seed-1") for giver in told.values()), "those of its own seed"
+
+
+def test_a_stage_that_a_run_has_begun_is_its_own_and_a_damaged_one_is_not_taken(
+    study: Study, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (six,) = (each for each in Study(tmp_path / "e").everything if each.entry.name == "six" and each.seed == 1)
+    (simclr,) = (each for each in study.everything if each.entry.name == "simclr" and each.seed == 1)
+    damaged = dataclasses.replace(simclr, path=tmp_path / "damaged")
+    shutil.copytree(simclr.path, damaged.path)
+    (damaged.path / "encoder.safetensors").write_bytes((simclr.path / "encoder.safetensors").read_bytes()[:-100])
+    first = open_folder(simclr.path).read_tensors("dataset/00000.safetensors")
+    assert first is not None
+    with make_folder(six.settings) as folder:
+        folder.write_tensors("dataset/00000.safetensors", first.tensors, first.facts)
+        assert hand_over(folder, [damaged]).keys() == {"search"}
+        assert "encoder.safetensors: not readable" in capsys.readouterr().err
+        assert hand_over(folder, [simclr]).keys() == {"search", "encoder"}
+        assert not (folder.path / "dataset" / "00001.safetensors").exists()
 
 
 def test_what_is_finished_is_not_done_again_and_a_failure_does_not_stop_the_rest(

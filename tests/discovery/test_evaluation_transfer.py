@@ -13,7 +13,7 @@ from discovery.command import Opened, run
 from discovery.evaluation.command import main
 from discovery.evaluation.groups import interval
 from discovery.evaluation.transfer import OWN_SPEED, Transferred, mark, mean_distances, slow_down, within
-from discovery.evaluation.transfer_tables import marks, survival
+from discovery.evaluation.transfer_tables import by_behaviour, marks, survival
 from swarm_envs.worlds import load_world
 from tests.discovery.tiny_run import tiny
 
@@ -74,6 +74,9 @@ def test_random_medoids_do_not_count_and_intervals_are_over_runs() -> None:
     assert first.home[0] == pytest.approx(0.75)
     assert (second.medoids, second.first["label"]) == (0, 0)
     assert np.isnan(second.one_attempt["label"][0])
+    table = by_behaviour(found)["a"]["milling"]
+    assert (table["medoids"], table["runs"], table["label"]) == (2, 2, first.one_attempt["label"])
+    assert by_behaviour(found)["b"].keys() == {"random"}
     assert marks(found, "label")["a"]["milling"] == {0: "✓", 1: "◐"}
     assert marks(found, "metrics")["a"]["milling"] == {0: "✓", 1: "✗"}
     assert all(cells == {0: "-"} for cells in marks(found, "metrics")["b"].values())
