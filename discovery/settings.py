@@ -78,7 +78,7 @@ class SimCLRSettings(NetworkSettings):
     """Probability of a horizontal flip."""
     normalise: bool = MISSING
     """Whether embeddings have length one, so that distances compare directions, as the loss does."""
-    checkpoint_seconds: float = number(0.0)
+    checkpoint_seconds: float = number(0.0, 60.0)
     """Longest training time in s lost to a stop."""
     device: str = choice("auto", "cpu", "cuda")
     precision: str = choice("auto", "float32", "bfloat16")
@@ -110,7 +110,7 @@ class TripletSettings(NetworkSettings):
     """Probability of a horizontal flip."""
     normalise: bool = MISSING
     """Whether embeddings have length one."""
-    checkpoint_seconds: float = number(0.0)
+    checkpoint_seconds: float = number(0.0, 60.0)
     """Longest training time in s lost to a stop."""
     device: str = choice("auto", "cpu", "cuda")
     precision: str = choice("auto", "float32", "bfloat16")
