@@ -64,15 +64,43 @@ def _product(values: FloatArray, weights: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True)
-class Patches(Basis):
-    """Two levels over the arena, divided where a smooth function changes its sign: a floor of two kinds.
+class Shape:
+    """What lines between two kinds of floor are likely to look like: standard deviations of the parts of what divides them."""
 
-    Weights are the two levels, then those of the smooth function.
+    width: float
+    """Length in m over which the line bends."""
+    bent: float
+    """Of the smooth function that bends it."""
+    round: float = 0.0
+    """Of the slopes and the roundness of the conic section beside that; 0 without one."""
+    oblong: float = 0.0
+    """Of what makes the conic longer than wide; as large as ``round`` for a stripe, smaller for a patch."""
+
+
+@dataclass(frozen=True)
+class Patches(Basis):
+    """Two levels over the arena, divided where a function changes its sign: a floor of two kinds.
+
+    The dividing function is smooth; it may have a conic section for a trend, whose line closes or goes on where no robot has been.
+    Weights are the two levels, then those of the dividing function.
     """
 
+    round: float
+    """Standard deviation of the slopes and the roundness of the conic; 0 without one."""
+    oblong: float
+    """That of what makes the conic longer than wide."""
+    middle: FloatArray
+    """(2,) of the places, in m."""
+    reach: float
+    """rms distance of the places from there in m."""
+
     def __call__(self, coordinates: FloatArray) -> FloatArray:
-        """Return the values (W, K + 1) of the smooth function's parts at coordinates (W, 2)."""
-        return np.column_stack([kernel(coordinates, self.centres, self.width) @ self.mixed, np.ones(len(coordinates))])
+        """Return the values (W, K + 1) of the dividing function's parts at coordinates (W, 2)."""
+        parts = [kernel(coordinates, self.centres, self.width) @ self.mixed]
+        if self.round > 0.0:
+            x, y = ((coordinates - self.middle) / self.reach).T
+            parts += [self.round * np.column_stack([x, y, x * x + y * y]), self.oblong * np.column_stack([x * x - y * y, 2.0 * x * y])]
+        return np.column_stack([*parts, np.full(len(coordinates), max(1.0, self.round))])
 
     def weighed(self, coordinates: FloatArray, weights: FloatArray) -> FloatArray:
         """Return the correction (W,) at coordinates (W, 2) for weights (K + 3,), or (W, K + 3) if each has its own."""
@@ -80,11 +108,14 @@ class Patches(Basis):
         return np.asarray(weights[..., 0] + (weights[..., 1] - weights[..., 0]) * share)
 
     @classmethod
-    def over(cls, centres: FloatArray, width: float) -> Patches:
-        """Return the basis with these centres (M, 2)."""
-        values, vectors = np.linalg.eigh(kernel(centres, centres, width))
-        kept = values > 1e-6 * values.max()
-        return cls(PLANE, centres, width, vectors[:, kept] / np.sqrt(values[kept]))
+    def over(cls, places: FloatArray, centres: FloatArray, shape: Shape) -> Patches:
+        """Return the basis with these centres (M, 2) for places (N, 2)."""
+        values, vectors = np.linalg.eigh(kernel(centres, centres, shape.width))
+        kept = values > 1e-5 * values.max()
+        middle = places.mean(axis=0)
+        reach = float(np.sqrt(np.mean(np.sum((places - middle) ** 2, axis=1)))) + 1e-9
+        mixed = shape.bent * vectors[:, kept] / np.sqrt(values[kept])
+        return cls(PLANE, centres, shape.width, mixed, shape.round, shape.oblong, middle, reach)
 
 
 SHARPNESS = 8.0

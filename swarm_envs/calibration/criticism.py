@@ -29,7 +29,7 @@ FEW_RUNS = 5
 """With fewer runs, parts of :data:`PART` s are what is held out."""
 PART = 20.0
 """Length in s of such parts."""
-MOMENTS = 8
+MOMENTS = 5
 """Moments through a window at which place and motion are noted."""
 LABELS = ("place", "robot")
 """Circumstances that are labels and not numbers."""

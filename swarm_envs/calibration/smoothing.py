@@ -33,7 +33,9 @@ ALONG = 9
 PENALTIES = np.geomspace(1e-3, 1e3, 13)
 """Ridge penalties tried."""
 FOLDS = 6
-"""Parts of the runs, each held out once."""
+"""Parts of the runs, each held out once, by which corrections are compared."""
+PARTS = 18
+"""Parts of the runs, each held out once, on which the chosen correction is judged: mostly a run each. A multiple of FOLDS."""
 RESAMPLES = 499
 """Random signs given to the blocks of windows."""
 
@@ -51,19 +53,23 @@ class Smooth:
     """In log-likelihood of held-out windows, in nats."""
     penalty: float
 
-    def term(self, found: Residuals) -> Term:
-        """Return the correction, fitted to all windows and without each fold."""
+    def fitted(self, found: Residuals, parts: int) -> tuple[FloatArray, list[FloatArray]]:
+        """Return the weights (M + 1,) fitted to all windows, and those without each of so many parts of the runs."""
         errors = tamed(found.errors[:, self.channel])
-        squares, products, _, folds = _sums(self.values, errors, found.group)
+        squares, products, _, folds = _sums(self.values, errors, found.group, parts)
         ridge = self.penalty * np.eye(self.values.shape[1])
         every = np.linalg.solve(squares.sum(axis=0) + ridge, products.sum(axis=0))
-        without = [np.linalg.solve(squares.sum(axis=0) - squares[f] + ridge, products.sum(axis=0) - products[f]) for f in range(folds)]
+        return every, [np.linalg.solve(squares.sum(axis=0) - squares[f] + ridge, products.sum(axis=0) - products[f]) for f in range(folds)]
+
+    def term(self, found: Residuals) -> Term:
+        """Return the correction, fitted to all windows and without each part of the runs."""
+        every, without = self.fitted(found, PARTS)
         return Term(self.channel, self.carrier, self.basis, every, by_group(without, found.group))
 
 
-def folds_of(group: IntArray) -> tuple[IntArray, int]:
-    """Return the fold (W,) of each window by its group, and the number of folds."""
-    folds = min(FOLDS, int(group.max()) + 1)
+def folds_of(group: IntArray, most: int) -> tuple[IntArray, int]:
+    """Return the fold (W,) of each window by its group, and the number of folds, at most so many."""
+    folds = min(most, int(group.max()) + 1)
     return group % folds, folds
 
 
@@ -112,9 +118,9 @@ def _bases(name: str, at: Circumstances) -> list[Basis]:
     return [Basis.at(name, np.linspace(low, high, ALONG)[:, None], 1.5 * (high - low) / (ALONG - 1))]
 
 
-def _sums(values: FloatArray, errors: FloatArray, group: IntArray) -> tuple[FloatArray, FloatArray, FloatArray, int]:
+def _sums(values: FloatArray, errors: FloatArray, group: IntArray, most: int = FOLDS) -> tuple[FloatArray, FloatArray, FloatArray, int]:
     """Return normal equations of each fold: (F, M, M), (F, M), and sums of squares (F,); and the number of folds."""
-    fold_of, folds = folds_of(group)
+    fold_of, folds = folds_of(group, most)
     squares = np.empty((folds, values.shape[1], values.shape[1]))
     products, totals = np.empty((folds, values.shape[1])), np.empty(folds)
     for fold in range(folds):
