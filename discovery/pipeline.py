@@ -90,6 +90,7 @@ def _stages(folder: RunFolder, simulator: Simulator, manifest: dict[str, Any]) -
         _picture(folder, simulator, archive, clusters)
         path = write_report(folder, simulator, archive, clusters, confirmations, fitted, manifest)
         line.done = f"{path.stat().st_size / 1e6:.1f} MB of HTML"
+    folder.remove("training/*.safetensors")  # kept until now: were the encoder damaged, the last checkpoint would make it again
     end_manifest(folder, manifest)
     return path
 
