@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import discovery
+from discovery.annotation.answers import open_answers
 from discovery.command import Opened, run
 from discovery.errors import DiscoveryError
 from discovery.evaluation.command import main
@@ -293,6 +294,19 @@ def test_the_page_has_every_table_and_keeps_what_a_person_wrote(study: Study, ev
     with pytest.raises(DiscoveryError, match="has 0 sections marked as"):
         write_page(page, study.plan, evaluations, {}, 2)
     assert page.read_text() == "# Something else\n"
+
+
+def test_a_persons_labels_of_the_test_set_are_used_and_named(study: Study, tmp_path: Path) -> None:
+    made = Evaluations(study.plan, [each for each in study.everything if each.entry.name == "hand_crafted"], tmp_path / "out", 1)
+    test = made.test
+    answers = open_answers(tmp_path / "labels.json", "labels", test.fingerprint, "Ada")
+    for row in range(len(test.labels)):
+        answers.add([row], ("milling", "dispersal")[row % 2])
+    Evaluations(study.plan, made.done, made.out, 1, tmp_path / "labels.json").make()
+    told = json.loads((made.out / "representations" / "representations.json").read_text())
+    assert (told["labels_given_by"], told["classes"]) == ("Ada", ["dispersal", "milling"])
+    write_page(tmp_path / "study.md", study.plan, made, {}, 2)
+    assert "Figures 3 and 4 were labelled by Ada." in (tmp_path / "study.md").read_text()
 
 
 def test_without_imagenets_weights_its_entry_is_left_out_and_said_so(monkeypatch: pytest.MonkeyPatch) -> None:

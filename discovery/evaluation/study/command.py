@@ -24,6 +24,7 @@ def add_study(arguments: argparse.ArgumentParser) -> None:
     arguments.add_argument("--plan", type=Path, default=STUDY, help="what to run (default: docs/studies/discovery_of_behaviours.yaml)")
     arguments.add_argument("--out", type=Path, help="folder for runs and evaluations (default: runs/discovery-study-SIZE)")
     arguments.add_argument("--page", type=Path, help="page to write, figures beside it (default: beside the plan)")
+    arguments.add_argument("--labels", type=Path, help="a person's labels of the test set, as for representations")
     arguments.add_argument("--list", action="store_true", help="say what is finished and what is not, and end")
     arguments.add_argument("--no-evaluation", action="store_true", help="run, but neither evaluate nor write the page")
 
@@ -63,7 +64,7 @@ def run_study(arguments: argparse.Namespace) -> None:
         from discovery.evaluation.study.page import write_page
 
         torch.set_num_threads(arguments.threads)
-        evaluations = Evaluations(plan, everything, out / "evaluations", arguments.threads)
+        evaluations = Evaluations(plan, everything, out / "evaluations", arguments.threads, arguments.labels)
         evaluations.make()
         page = arguments.page or arguments.plan.with_suffix(".md")
         write_page(page, plan, evaluations, left_out, arguments.seeds)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Callable, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from discovery.annotation.answers import read_labels
 from discovery.evaluation.frequency import count_behaviours, write_frequency
 from discovery.evaluation.groups import representation_name
 from discovery.evaluation.maps import lay_out_maps, write_maps
@@ -32,17 +34,26 @@ ITERATIONS = 1000
 
 
 class Evaluations:
-    """The evaluations of a study, in folders of their own under ``out``."""
+    """The evaluations of a study, in folders of their own under ``out``.
 
-    def __init__(self, plan: Plan, planned: Sequence[Planned], out: Path, threads: int) -> None:
-        self.plan, self.out, self.threads = plan, out, threads
+    Args:
+        plan: The study.
+        planned: Its runs, finished or not.
+        out: Where evaluations go.
+        threads: Cores to use.
+        labels: A person's labels of the test set, instead of the rules'.
+    """
+
+    def __init__(self, plan: Plan, planned: Sequence[Planned], out: Path, threads: int, labels: Path | None = None) -> None:
+        self.plan, self.out, self.threads, self.labels = plan, out, threads, labels
         self.done = [each for each in planned if finished(each.path)]
 
     def make(self) -> None:
         """Make every evaluation that is not there, or whose runs have changed."""
         plan = self.plan
         seconds: dict[str, float] = {}
-        tested = {"per_class": plan.per_class, "most_draws": plan.most_draws}
+        answers = None if self.labels is None else hashlib.sha256(self.labels.read_bytes()).hexdigest()[:16]
+        tested = {"per_class": plan.per_class, "most_draws": plan.most_draws, "labels": answers}
         compared = self.of("representations")
         moved = [*self.of("worlds"), *(each for each in compared if each.entry.name == plan.worlds_with)]
         varied = [*compared, *self.of("variants")]
@@ -76,8 +87,10 @@ class Evaluations:
         return Simulator(load_world(self.plan.target), settings.engine, settings.steps, self.threads)
 
     @cached_property
-    def _test(self) -> HeldOut:
-        return draw_held_out(self._simulator, self.plan.per_class, self.plan.most_draws, 0)
+    def test(self) -> HeldOut:
+        """The test set, drawn when first asked for."""
+        test = draw_held_out(self._simulator, self.plan.per_class, self.plan.most_draws, 0)
+        return test if self.labels is None else test.relabelled(*read_labels(self.labels, test.fingerprint))
 
     def _groups(self, runs: Sequence[Planned]) -> dict[str, list[Run]]:
         groups: dict[str, list[Run]] = {}
@@ -87,10 +100,10 @@ class Evaluations:
         return groups
 
     def _representations(self, folder: Path, runs: Sequence[Planned]) -> None:
-        write_representations(folder, judge_representations(self._groups(runs), self._test), self._test)
+        write_representations(folder, judge_representations(self._groups(runs), self.test), self.test)
 
     def _maps(self, folder: Path, runs: Sequence[Planned]) -> None:
-        write_maps(folder, lay_out_maps(self._groups(runs), self._test, ITERATIONS, 0), self._test)
+        write_maps(folder, lay_out_maps(self._groups(runs), self.test, ITERATIONS, 0), self.test)
 
     def _behaviours(self, folder: Path, runs: Sequence[Planned]) -> None:
         write_frequency(folder, count_behaviours(self._groups(runs), self._simulator))
@@ -102,8 +115,8 @@ class Evaluations:
     def _variants(self, folder: Path, runs: Sequence[Planned]) -> None:
         rows = {entry.name: entry for entry in self.plan.entries}
         groups = {name: [each for each in runs if each.entry.name == name] for name in rows}
-        judged = judge_variants({rows[name]: each for name, each in groups.items() if each}, self._test)
-        write_variants(folder, judged, self._test)
+        judged = judge_variants({rows[name]: each for name, each in groups.items() if each}, self.test)
+        write_variants(folder, judged, self.test)
 
     def _name(self, each: Planned) -> str:
         return f"{each.entry.kind}/{each.entry.name}/{each.path.name}"
