@@ -142,8 +142,17 @@ def test_a_mistake_in_the_plan_is_one_line_before_anything_runs(tmp_path: Path, 
         assert told in said
     file.write_text(PLAN)
     assert main(["study", "--plan", str(file), "--only", "nothing", "--out", str(tmp_path / "out"), "--threads", "1"]) == 1
-    assert "no entry is named 'nothing'; there are hand_crafted, simclr, unrefined, cosine" in capsys.readouterr().err
+    assert "no entry is named 'nothing'; there are representations, worlds, variants, hand_crafted" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_entries_are_chosen_by_name_and_by_kind_in_the_plans_order(study: Study) -> None:
+    def chosen(*names: str) -> list[str]:
+        return [entry.name for entry in choose(study.plan, names or None)]
+
+    assert chosen() == ["hand_crafted", "simclr", "unrefined", "cosine", "other_length", "six"]
+    assert chosen("six", "representations") == ["hand_crafted", "simclr", "six"]
+    assert chosen("worlds") == ["unrefined"]
 
 
 def test_every_run_is_an_ordinary_run_folder(study: Study) -> None:

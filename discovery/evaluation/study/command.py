@@ -20,7 +20,12 @@ def add_study(arguments: argparse.ArgumentParser) -> None:
     """Declare the study's arguments."""
     arguments.add_argument("--size", choices=("quick", "paper"), default="quick", help="how much training (default: %(default)s)")
     arguments.add_argument("--seeds", type=int, default=5, help="runs of each entry (default: %(default)s)")
-    arguments.add_argument("--only", nargs="+", metavar="NAME", help="entries of the plan to run; the page is of all that are finished")
+    arguments.add_argument(
+        "--only",
+        nargs="+",
+        metavar="NAME",
+        help="entries, or kinds of them such as variants, to run; the page is of all that are finished",
+    )
     arguments.add_argument("--plan", type=Path, default=STUDY, help="what to run (default: docs/studies/discovery_of_behaviours.yaml)")
     arguments.add_argument("--out", type=Path, help="folder for runs and evaluations (default: runs/discovery-study-SIZE)")
     arguments.add_argument("--page", type=Path, help="page to write, figures beside it (default: beside the plan)")

@@ -140,14 +140,14 @@ def plan_runs(plan: Plan, entries: Sequence[Entry], seeds: int, out: Path, threa
 
 
 def choose(plan: Plan, only: Sequence[str] | None) -> list[Entry]:
-    """Return the entries asked for by name; all where none is asked for.
+    """Return the entries asked for by name or kind; all where none is asked for.
 
     Raises:
-        DiscoveryError: On a name that no entry has.
+        DiscoveryError: On a name that no entry and no kind has.
     """
     if only is None:
         return list(plan.entries)
-    known = {entry.name: entry for entry in plan.entries}
+    known = [*dict.fromkeys(entry.kind for entry in plan.entries), *(entry.name for entry in plan.entries)]
     if unknown := [name for name in only if name not in known]:
         raise DiscoveryError(f"--only: no entry is named {unknown[0]!r}; there are {', '.join(known)}")
-    return [known[name] for name in known if name in only]
+    return [entry for entry in plan.entries if entry.name in only or entry.kind in only]
