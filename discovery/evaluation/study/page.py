@@ -144,6 +144,10 @@ def _verdicts(found: dict[str, Any]) -> list[str]:
                     f"Survival of what was found in `{entry['world']}`, one attempt, by label: paper's robots {_percent(theirs)}, "
                     f"our simulation {_percent(mean)}: {within}."
                 )
+    for entry in found["variants"]["variants"] if found["variants"] else []:
+        met = entry["goals_met"]
+        if entry["runs"] > 1 and met["unique"] and met["random"] and met["triplets"]:
+            told.append(f"Better than the paper in all three measures: `{entry['name']}`, {entry['runs']} runs.")
     return told
 
 
