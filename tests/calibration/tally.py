@@ -19,6 +19,8 @@ SAME_NUMBER = {("clock_offset", "dead_time"): ("offset", "delay"), ("dead_time",
 NOTHING = "nothing"
 DEPENDS_ON = {"slippery_patch": "place", "magnetic_stripe": "place", "heading_speed": "heading"}
 """What each unlisted effect depends on."""
+SEEN = 3
+"""Runs that have to drive on either side of an edge: without one of them, others still show where it is."""
 HALF = 0.5
 """Share of the held-out error that a correction for an unlisted effect must take away."""
 
@@ -81,6 +83,11 @@ def world_halved(outcome: Outcome) -> bool:
     return min(outcome.cut_world, default=0.0) >= HALF
 
 
+def both_sides_seen(outcome: Outcome) -> bool:
+    """Whether held-out runs can be predicted at all: enough others drive on either side of the edges, if there are any."""
+    return min(outcome.sides, default=SEEN) >= SEEN
+
+
 def as_demanded(outcome: Outcome) -> bool:
     """Whether a draw came out as the demands of its kind have it, intervals aside."""
     if outcome.kind == "unlisted":
@@ -117,6 +124,12 @@ def report(outcomes: Sequence[Outcome]) -> str:
         _rate("unlisted effect, unexplained with the right dependence", of["unlisted"], explained, "all"),
         _rate("unlisted effect, the world's held-out error at least halved at every horizon", of["unlisted"], world_halved, "all"),
         _rate("unlisted effect, even what listed effects leave of it at least halved", of["unlisted"], halved, "all"),
+        _rate(
+            "the same, where three runs or more drive on either side of its edges",
+            [o for o in of["unlisted"] if both_sides_seen(o)],
+            halved,
+            "",
+        ),
         _rate("unlisted effect, some listed effect named too", of["unlisted"], lambda o: bool(o.named), ""),
         _rate("calibration failed", outcomes, lambda o: o.error is not None, "0"),
         "",
@@ -170,12 +183,13 @@ def _unlisted(outcomes: Sequence[Outcome]) -> list[str]:
     lines = [
         "## Effects that are on no list",
         "",
-        "| effect | seed | unexplained | depends on | error taken away after 1, 5, 10 s | of what listed effects leave | named too |",
+        "| effect | seed | unexplained | depends on | error taken away after 1, 5, 10 s | of what listed effects leave "
+        "| runs beside, on it | named too |",
     ]
-    lines.append("| --- " * 7 + "|")
+    lines.append("| --- " * 8 + "|")
     for o in sorted(outcomes, key=lambda o: (o.extra or "", o.key)):
         cuts = [", ".join(f"{100 * cut:.0f} %" for cut in given) for given in (o.cut_world, o.cut)]
-        cells = (o.extra, _seed(o), o.channel or NOTHING, o.unexplained or "", *cuts, ", ".join(o.named))
+        cells = (o.extra, _seed(o), o.channel or NOTHING, o.unexplained or "", *cuts, ", ".join(map(str, o.sides)), ", ".join(o.named))
         lines.append("| " + " | ".join(str(cell) for cell in cells) + " |")
     return [*lines, ""]
 

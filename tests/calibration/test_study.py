@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
-from tests.calibration.generator import EFFECTS
+from swarm_envs.calibration import read_log
+from tests.calibration.generator import EFFECTS, drawn_extra, generate_log
+from tests.calibration.sides import runs_on_either_side
 from tests.calibration.study import Outcome, Task, names_of, read_outcomes
 from tests.calibration.tally import as_demanded, covered, found, report, table, wilson
 
@@ -50,6 +53,15 @@ def test_an_unlisted_effect_counts_when_its_dependence_is_right_and_its_error_is
     assert not as_demanded(outcome("place", [0.4, 0.6, 0.7], half))
     assert not as_demanded(outcome("place", half, [0.6, 0.4, 0.7]))
     assert not as_demanded(outcome("robot", half, half))
+
+
+def test_runs_are_counted_on_and_beside_a_patch(tmp_path):
+    log = read_log(generate_log({}, tmp_path / "log", seed=73030041, extra="slippery_patch"))
+    patch = drawn_extra("slippery_patch", 73030041)
+    inside, _ = patch(np.ones(1), np.zeros(1), np.zeros(1), np.zeros(1), np.zeros(1))
+    assert inside[0] < 1
+    # of ten runs one leaves the patch
+    assert runs_on_either_side(log, patch) == (1, 10)
 
 
 def test_the_report_counts_each_kind():
