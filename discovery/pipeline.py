@@ -12,6 +12,7 @@ from discovery.archive import Archive, to_parquet
 from discovery.confirmation import Confirmation, confirm, describe
 from discovery.controllers import check_controllers
 from discovery.dataset import make_dataset
+from discovery.export import export
 from discovery.manifest import begin_manifest, end_manifest
 from discovery.medoids import Clusters, cluster
 from discovery.progress import stage
@@ -26,6 +27,8 @@ from discovery.tracking import make_tracker
 from swarm_envs.rendering import pictures
 from swarm_envs.worlds import load_world
 
+MEDOIDS = "medoids"
+"""Folder in the run folder with a film and a controller update file for each medoid."""
 REMADE = (ENCODER, "training/start.safetensors")
 """What learning leaves, and makes again when it is damaged."""
 
@@ -89,7 +92,8 @@ def _stages(folder: RunFolder, simulator: Simulator, manifest: dict[str, Any]) -
     with stage("report", seconds) as line:
         _picture(folder, simulator, archive, clusters)
         path = write_report(folder, simulator, archive, clusters, confirmations, fitted, manifest)
-        line.done = f"{path.stat().st_size / 1e6:.1f} MB of HTML"
+        files = export(folder.path / MEDOIDS, simulator, archive, clusters, folder.path.name)
+        line.done = f"{path.stat().st_size / 1e6:.1f} MB of HTML; {len(files) // 2} medoids as GIF and controller update file"
     folder.remove("training/*.safetensors")  # kept until now: were the encoder damaged, the last checkpoint would make it again
     end_manifest(folder, manifest)
     return path

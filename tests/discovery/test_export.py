@@ -18,6 +18,7 @@ from discovery.deployment.controller_file import controller_document, read_contr
 
 def test_each_medoid_becomes_a_film_and_a_file_that_robots_are_loaded_with(finished: Path, tmp_path: Path) -> None:
     assert export.main([str(finished), "--out", str(tmp_path / "medoids"), "--threads", "1"]) == 0
+    assert sorted(path.name for path in (tmp_path / "medoids").iterdir()) == sorted(path.name for path in (finished / "medoids").iterdir())
     run = discovery.load_run(finished)
     for number, medoid in enumerate(run.medoids, start=1):
         (film,), (update,) = (list((tmp_path / "medoids").glob(f"{number:02d}-*.{kind}")) for kind in ("gif", "yaml"))

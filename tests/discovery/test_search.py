@@ -76,6 +76,17 @@ def test_all_kinds_begin_with_the_same_random_controllers_and_those_given() -> N
     assert (everything == [0.05, -1.0, 0.0, 1.0]).all(axis=1).sum() == 1
 
 
+def test_no_tree_is_built_as_the_archive_grows(monkeypatch: pytest.MonkeyPatch) -> None:
+    built: list[int] = []
+
+    def tree(points: Any, **given: Any) -> None:
+        built.append(len(points))
+
+    monkeypatch.setattr("ribs.archives._proximity_archive.KDTree", tree)
+    searched(settings("novelty"))
+    assert built == [0], "pyribs builds one as it begins"
+
+
 def test_random_sampling_goes_on_in_the_warm_up_s_sequence() -> None:
     assert np.array_equal(searched(settings("random")).archive().controllers, searched(settings("cvt_random")).archive().controllers)
 
