@@ -154,6 +154,7 @@ def run_search(folder: RunFolder, simulator: Simulator, representation: Represen
                     )
             search.tell(seed, tensors)
             folder.tracker.log("search", number, search.numbers())
+            folder.tracker.flush()
             progress.update(settings.population)
     return search.archive()
 

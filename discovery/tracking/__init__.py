@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from discovery.errors import DiscoveryError
 from discovery.settings import Settings, flat
 from discovery.tracking.event_files import EventFiles
+from discovery.tracking.forgiving import Forgiving
 from discovery.tracking.interface import Silent, Tracker
 from discovery.tracking.ml_flow import MLflow
 from discovery.tracking.weights_and_biases import WeightsAndBiases
@@ -31,6 +32,9 @@ TRACKERS: dict[str, Callable[[RunFolder], Tracker]] = {
 PACKAGES = {"tensorboard": "'swarm-envs[discovery]'", "wandb": "wandb", "mlflow": "mlflow"}
 """What to install for each."""
 
+SERVICES = {"wandb", "mlflow"}
+"""Those that log to somewhere else, and may fail there."""
+
 
 def check_tracker(settings: Settings) -> None:
     """Refuse a tracker whose library is missing.
@@ -45,7 +49,10 @@ def check_tracker(settings: Settings) -> None:
 
 def make_tracker(folder: RunFolder) -> Tracker:
     """Return the tracker that a run's settings ask for."""
-    return TRACKERS[folder.settings.tracker.method](folder)
+    name = folder.settings.tracker.method
+    if name in SERVICES:
+        return Forgiving(name, lambda: TRACKERS[name](folder))
+    return TRACKERS[name](folder)
 
 
 __all__ = ["PACKAGES", "TRACKERS", "Silent", "Tracker", "check_tracker", "make_tracker"]

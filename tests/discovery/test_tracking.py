@@ -90,7 +90,8 @@ class PretendedWandb(ModuleType):
         self.server: dict[str, Any] = {}
 
     def init(self, **given: Any) -> Any:
-        entries, summary = self.server.setdefault(given["id"], ([], {}))
+        entries, _ = self.server.setdefault(given["id"], ([], {}))
+        summary: dict[str, float] = {}  # as offline, where wandb knows nothing of earlier sessions
 
         def log(numbers: dict[str, float]) -> None:
             entries.append(numbers)
@@ -134,6 +135,27 @@ class PretendedMLflow(ModuleType):
         counts = Counter(run for run, _, _ in self.history)
         assert list(counts) == ["run 1"]
         return [step for _, key, step in self.history if key == f"{stage}/step"]
+
+
+def test_a_service_that_fails_does_not_end_the_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    service: Any = PretendedWandb()
+    monkeypatch.setitem(sys.modules, "wandb", service)
+    tracker = make_tracker(RunFolder(tmp_path, tiny("tracker=wandb")))
+    tracker.begin("search")
+
+    def fail(image: Any) -> None:
+        raise ConnectionError("no route\nto host")
+
+    service.Image = fail
+    for _ in range(3):
+        tracker.picture("search", "1 milling", np.zeros((4, 4, 3), np.uint8))
+    tracker.close()
+    assert capsys.readouterr().err == "discovery: wandb: ConnectionError: no route to host; going on without it\n"
+    monkeypatch.setattr(service, "init", fail)
+    with pytest.raises(DiscoveryError, match=r"^tracker=wandb: .*; set it up, or take tracker=tensorboard$"):
+        make_tracker(RunFolder(tmp_path, tiny("tracker=wandb")))
 
 
 @pytest.mark.parametrize("service", [PretendedWandb(), PretendedMLflow()], ids=lambda service: service.__name__)
