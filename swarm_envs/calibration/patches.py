@@ -22,6 +22,8 @@ SHAPES = (Shape(0.2, 1.0), Shape(0.4, 1.0), Shape(0.25, 0.3, 5.0, 5.0), Shape(0.
 """Shapes tried: any, any of few bends, stripes and ellipses, round patches."""
 NOISE = (0.1, 0.03, 0.3)
 """Errors that are left, as shares of those without the correction; the first is that by which the shape is chosen."""
+MOST = 800
+"""Windows that are looked at, about; of more, each second or third and so on."""
 STEPS, STEPS_ON = 120, 60
 """Steps of a fit at most, from a smooth correction and from a fit to fewer runs."""
 BEYOND = 1.0
@@ -42,7 +44,7 @@ def two_kinds(smooth: Smooth, found: Residuals) -> Floor:
 
     The shape of the line and the noise are what predicts held-out windows best.
     """
-    drives = _Drives(smooth, found)
+    drives = _Drives(smooth, found, max(1, round(len(found.errors) / MOST)))
     places, total = drives.places, float(drives.errors @ drives.errors)
     centres, scale = cells(places), float(np.sqrt(total / len(drives.errors)))
     shapes = [Patches.over(places, centres, shape) for shape in SHAPES]
@@ -51,7 +53,7 @@ def two_kinds(smooth: Smooth, found: Residuals) -> Floor:
     best = min([best, *others], key=lambda trial: trial.left)
     judged = by_group(drives.without(best.basis, best.noise, PARTS, best).weights, found.group)
     weights = drives.without(best.basis, best.noise, 0).weights[0]
-    gain = 0.5 * len(drives.errors) * float(np.log(total / max(best.left, 1e-300)))
+    gain = 0.5 * len(found.errors) * float(np.log(total / max(best.left, 1e-300)))
     return Floor(Term(smooth.channel, smooth.carrier, best.basis, weights, judged), gain)
 
 
@@ -69,11 +71,12 @@ class _Trial:
 class _Drives:
     """What robots did over the arena, and fits to it."""
 
-    def __init__(self, smooth: Smooth, found: Residuals) -> None:
+    def __init__(self, smooth: Smooth, found: Residuals, stride: int) -> None:
         self.smooth, self.found = smooth, found
-        self.errors = tamed(found.errors[:, smooth.channel])
-        self.carried = carrier(smooth.carrier, found.along[..., 2:])
-        self.places = found.along[..., :2].reshape(-1, 2)
+        self.group = found.group[::stride]
+        self.errors = tamed(found.errors[::stride, smooth.channel])
+        self.carried = carrier(smooth.carrier, found.along[::stride, :, 2:])
+        self.places = found.along[::stride, :, :2].reshape(-1, 2)
         self.by_place = smooth.basis(self.places)
         self.parts: tuple[Patches, FloatArray] | None = None
 
@@ -90,7 +93,8 @@ class _Drives:
             self.parts = basis, basis(self.places).reshape(*self.carried.shape, -1)
         parts = self.parts[1]
         every, folds = self.smooth.fitted(self.found, max(1, most))
-        fold_of = folds_of(self.found.group, max(1, most))[0] if most else np.full(len(self.errors), -1)
+        number = folds_of(self.found.group, max(1, most))[1]
+        fold_of = self.group % number if most else np.full(len(self.errors), -1)
         weights, left = [], 0.0
         for fold, flat in enumerate(folds if most else [every]):
             kept = fold_of != fold

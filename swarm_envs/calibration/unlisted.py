@@ -45,7 +45,7 @@ SLOWING = (
     "linear_gain", "angular_gain", "robot_spread", "command_loss", "gain_drift", "turning_slows", "saturation", "deadband",
 )  # fmt: skip
 """Effects that make up for places or times at which robots are slower."""
-AT_THE_FLOOR = 1.1
+AT_THE_FLOOR = 1.2
 """Errors after the shortest horizon up to this multiple of what the tracker's noise makes leave nothing to correct."""
 ENOUGH = 40
 """Windows without which nothing is said."""
@@ -166,7 +166,9 @@ def find_unlisted(log: Log, identified: Identified) -> Unlisted | None:
             if other.merit > best.merit - AS_GOOD or _is_better(other.errors, best.errors):
                 best, gone = other, [*gone, *group]
     else:
-        instead = _in_place_of_listed(identified, names, listed, extended)
+        instead = None
+        if names and not _at_the_floor(found, identified.model, listed):
+            instead = _in_place_of_listed(names, listed, extended)
         if instead is None:
             return None
         best, gone, p_value = instead
@@ -183,14 +185,12 @@ def find_unlisted(log: Log, identified: Identified) -> Unlisted | None:
 
 
 def _in_place_of_listed(
-    identified: Identified, names: Sequence[str], listed: Sequence[Errors], extended: Callable[[Sequence[str]], _Extended]
+    names: Sequence[str], listed: Sequence[Errors], extended: Callable[[Sequence[str]], _Extended]
 ) -> tuple[_Extended, list[str], float] | None:
     """Return corrections that predict held-out runs clearly better than named effects, which then go; with the p-value.
 
     Both are fitted to other runs than those that they predict. Named effects are preferred: they stay unless they are clearly worse.
     """
-    if not names or _at_the_floor(identified.model, listed):
-        return None
     groups = [list(names), [name for name in names if name in SLOWING]]
     groups = [group for number, group in enumerate(groups) if group and group not in groups[:number]]
     for group in groups:
@@ -310,12 +310,15 @@ def _log_likelihood(errors: Errors) -> FloatArray:
     return total
 
 
-def _at_the_floor(model: Model, errors: Sequence[Errors]) -> bool:
-    """Whether errors are what the tracker's noise makes of them."""
+def _at_the_floor(found: Residuals, model: Model, errors: Sequence[Errors]) -> bool:
+    """Whether errors after the shortest horizon are what the tracker's noise makes of them."""
     if not errors:
         return True
     place, heading = errors[0].sizes
-    return place < AT_THE_FLOOR * 2.0 * float(model.noise[PLACE]) and heading < AT_THE_FLOOR * np.sqrt(2.0) * float(model.noise[HEADING])
+    noise, turned = float(model.noise[PLACE]), float(model.noise[HEADING])
+    way = errors[0].horizon_s * rms(found.motion[:, 0])
+    floors = float(np.hypot(2.0 * noise, turned * way)), float(np.sqrt(2.0)) * turned
+    return place < AT_THE_FLOOR * floors[0] and heading < AT_THE_FLOOR * floors[1]
 
 
 def _without(model: Model, names: Sequence[str], start: Model) -> Model:
