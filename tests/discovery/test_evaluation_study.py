@@ -21,7 +21,7 @@ from discovery.evaluation.study.evaluating import Evaluations
 from discovery.evaluation.study.hand_over import NOTE, hand_over
 from discovery.evaluation.study.page import EMPTY, write_page
 from discovery.evaluation.study.plan import Plan, Planned, choose, plan_runs, read_plan
-from discovery.evaluation.study.running import finished, run_all
+from discovery.evaluation.study.running import check_folders, finished, run_all
 from discovery.evaluation.study.weights import without_weights
 from discovery.run_folder import make_folder, open_folder
 from discovery.settings import to_yaml
@@ -230,14 +230,26 @@ def test_what_is_finished_is_not_done_again_and_a_failure_does_not_stop_the_rest
     assert later.made == ["hand_crafted-0"], "seed 1 had been made"
 
 
-def test_a_folder_of_other_settings_is_refused(study: Study, tmp_path: Path) -> None:
-    other = Study(tmp_path / "d")
-    shutil.copytree(study.path("representations", "hand_crafted", 0), other.path("representations", "hand_crafted", 0))
-    manifest = other.path("representations", "hand_crafted", 0) / "manifest.json"
-    manifest.write_text(manifest.read_text().replace('"finished"', '"running"', 1))
-    other.everything = plan_runs(read_plan(other.file, "quick"), other.plan.of("representations")[:1], 1, other.out, 2)
-    (failure,) = run_all(other.everything, [], Runs())
-    assert "the run began with threads=1, this command says 2" in failure
+def test_a_run_that_is_not_the_plans_is_refused_before_anything_runs(study: Study, tmp_path: Path) -> None:
+    check_folders(study.everything)
+    changed = read_plan(study.file, "quick")
+    (entry,) = (each for each in changed.entries if each.name == "cosine")
+    for words, threads, told in (
+        ((), 2, None),
+        (("report.map_points=30",), 1, None),
+        (("search.crossover=0.5",), 1, "holds a run with search.crossover=0.7, the plan says 0.5; delete the folder"),
+        (("dataset.videos=30",), 1, "give the entry cosine another name"),
+    ):
+        other = plan_runs(changed, [dataclasses.replace(entry, overrides=(*entry.overrides, *words))], 1, study.out, threads)
+        if told is None:
+            check_folders(other)
+        else:
+            with pytest.raises(DiscoveryError, match=told):
+                check_folders(other)
+    begun = plan_runs(changed, changed.of("representations")[:1], 1, tmp_path, 2)
+    make_folder(begun[0].settings)
+    (failure,) = run_all(plan_runs(changed, changed.of("representations")[:1], 1, tmp_path, 1), [], Runs())
+    assert "the run began with threads=2, this command says 1" in failure
 
 
 @pytest.fixture(scope="module")

@@ -41,7 +41,7 @@ def run_study(arguments: argparse.Namespace) -> None:
         DiscoveryError: When a run failed, after everything else was done.
     """
     from discovery.evaluation.study.plan import choose, plan_runs, read_plan
-    from discovery.evaluation.study.running import finished, run_all, run_apart
+    from discovery.evaluation.study.running import check_folders, finished, run_all, run_apart
 
     if arguments.seeds < 1:
         raise DiscoveryError(f"--seeds: given {arguments.seeds}, expected at least 1")
@@ -49,6 +49,7 @@ def run_study(arguments: argparse.Namespace) -> None:
     chosen = choose(plan, arguments.only)
     out = arguments.out or Path("runs") / f"discovery-study-{arguments.size}"
     everything = plan_runs(plan, plan.entries, arguments.seeds, out, arguments.threads)
+    check_folders(everything)
     if arguments.list:
         for each in everything:
             state = "finished" if finished(each.path) else "begun" if each.path.exists() else "missing"

@@ -11,9 +11,11 @@ from pathlib import Path
 
 from discovery.command import CONFIGS
 from discovery.errors import DiscoveryError
+from discovery.evaluation.groups import ASIDE
 from discovery.evaluation.study.hand_over import hand_over
 from discovery.evaluation.study.plan import Planned
 from discovery.run_folder import CONFIG, make_folder, open_folder, read_manifest
+from discovery.settings import PLACES, flat
 
 Runner = Callable[[Planned], None]
 """Finishes a run whose folder is there."""
@@ -23,6 +25,25 @@ def finished(path: Path) -> bool:
     """Say whether a folder holds a finished run."""
     manifest = read_manifest(path) if path.is_dir() else None
     return manifest is not None and manifest["status"] == "finished"
+
+
+def check_folders(planned: Sequence[Planned]) -> None:
+    """See that runs which are there are those that the plan asks for.
+
+    Raises:
+        DiscoveryError: When one is of other settings, for instance because the plan has been changed since.
+    """
+    for each in planned:
+        if not (each.path / CONFIG).exists():
+            continue
+        harmless = ("threads", *PLACES) if finished(each.path) else PLACES
+        began, now = flat(open_folder(each.path).settings), flat(each.settings)
+        for key in sorted(began | now):
+            if key not in harmless and not key.startswith(ASIDE) and began.get(key) != now.get(key):
+                raise DiscoveryError(
+                    f"{each.path}: holds a run with {key}={began.get(key)}, the plan says {now.get(key)}; "
+                    f"delete the folder to run it again, or give the entry {each.entry.name} another name"
+                )
 
 
 def run_all(planned: Sequence[Planned], givers: Sequence[Planned], run_one: Runner) -> list[str]:
