@@ -21,6 +21,9 @@ from discovery.simulate import Simulator
 from swarm_envs.rendering import save_video
 from swarm_envs.worlds import WorldError, load_world
 
+FRAMES_PER_SECOND, WIDTH = 8.0, 240
+"""Of the films: ten of them take as long as a few generations of the search, and a third of a megabyte each."""
+
 
 def export(out: Path, simulator: Simulator, archive: Archive, clusters: Clusters, run: str) -> list[Path]:
     """Write a GIF and a controller update file for each medoid.
@@ -49,7 +52,7 @@ def export(out: Path, simulator: Simulator, archive: Archive, clusters: Clusters
         write_atomically(update, controller_document(medoid.controller.tolist(), about))
         rollout = simulator.again(medoid.controller, int(archive.world_seed[medoid.row]), int(archive.world_index[medoid.row]))
         try:
-            save_video(rollout, film)
+            save_video(rollout, film, fps=FRAMES_PER_SECOND, width=WIDTH)
         except OSError as error:
             raise DiscoveryError(f"{film}: cannot be written ({error.strerror}); free space, or make the place writable") from None
         written += [film, update]

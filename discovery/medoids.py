@@ -34,28 +34,42 @@ class Clusters:
         return flags
 
 
+Rows = npt.NDArray[np.int64]
+
 SAMPLES = 5
 """Samples that a large archive is clustered by; the one whose medoids suit the whole archive best counts (Kaufman and Rousseeuw 1990)."""
 
 
-def cluster(embeddings: npt.NDArray[Any], settings: ClusteringSettings, seed: int, distance: str = "euclidean") -> Clusters:
-    """Cluster embeddings (N, d) by FasterPAM, archives of more than ``settings.sample`` by CLARA.
+def cluster(
+    embeddings: npt.NDArray[Any], settings: ClusteringSettings, seed: int, distance: str = "euclidean", members: Rows | None = None
+) -> Clusters:
+    """Cluster embeddings (N, d) by FasterPAM, those of more than ``settings.sample`` by CLARA.
 
     One thread and a fixed random state: the same embeddings give the same medoids.
+
+    Args:
+        embeddings: Of everything evaluated; all of it is given a cluster.
+        settings: Number of medoids, and how embeddings are compared.
+        seed: The run's.
+        distance: ``euclidean`` or ``cosine``.
+        members: (M,) rows that medoids are of; None: all.
     """
     space = make_space(embeddings, distance, settings.standardise, settings.whiten)
     places = space.place(embeddings)
-    if len(places) <= settings.sample:
+    rows = np.arange(len(places)) if members is None else members
+    if len(rows) == len(places) <= settings.sample:
         result = _pam(space.distances(places, places), settings.medoids, whole_seed(seed, "medoids"))
         return by_size(np.asarray(result.medoids, dtype=np.int64), np.asarray(result.labels, dtype=np.int64))
     best, medoids, labels = np.inf, np.empty(0, np.int64), np.empty(0, np.int64)
-    for number in range(SAMPLES):
-        rows = np.sort(generator(seed, "medoid sample", number).choice(len(places), settings.sample, replace=False))
-        sample = places[rows]
-        tried = rows[_pam(space.distances(sample, sample), settings.medoids, whole_seed(seed, "medoids", number)).medoids]
+    for number in range(SAMPLES if len(rows) > settings.sample else 1):
+        chosen = rows
+        if len(rows) > settings.sample:
+            chosen = rows[np.sort(generator(seed, "medoid sample", number).choice(len(rows), settings.sample, replace=False))]
+        sample = places[chosen]
+        tried = chosen[_pam(space.distances(sample, sample), settings.medoids, whole_seed(seed, "medoids", number)).medoids]
         away = space.distances(places, places[tried])
         away[tried, np.arange(len(tried))] = -1.0  # a medoid's twin in another cluster must not take it away
-        if (total := float(away.min(axis=1).sum(dtype=np.float64))) < best:
+        if (total := float(away[rows].min(axis=1).sum(dtype=np.float64))) < best:
             best, medoids, labels = total, tried.astype(np.int64), away.argmin(axis=1)
     return by_size(medoids, labels)
 

@@ -12,6 +12,7 @@ from discovery.archive import Archive, to_parquet
 from discovery.confirmation import Confirmation, confirm, describe
 from discovery.controllers import check_controllers
 from discovery.dataset import make_dataset
+from discovery.errors import DiscoveryError
 from discovery.export import export
 from discovery.manifest import begin_manifest, end_manifest
 from discovery.medoids import Clusters, cluster
@@ -71,10 +72,13 @@ def _stages(folder: RunFolder, simulator: Simulator, manifest: dict[str, Any]) -
         fitted = fit(folder, dataset)
         line.done = fitted.done
     with stage("search", seconds) as line:
-        archive = run_search(folder, simulator, fitted.representation)
+        archive, members = run_search(folder, simulator, fitted.representation)
         line.done = f"{len(archive)} controllers in the archive; {_count(archive.labels.tolist())}"
     with stage("clusters", seconds) as line:
-        clusters = cluster(archive.embeddings, settings.clustering, settings.seed, settings.search.distance)
+        rows = members if settings.clustering.of == "archive" else None
+        if rows is not None and len(rows) < settings.clustering.medoids:
+            raise DiscoveryError(f"clustering.of: the archive holds {len(rows)} controllers, expected clustering.medoids or more of them")
+        clusters = cluster(archive.embeddings, settings.clustering, settings.seed, settings.search.distance, rows)
         steadiness = None
         if settings.clustering.stable:
             steadiness = steadiest(clusters, archive, simulator, fitted.representation, settings)

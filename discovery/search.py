@@ -65,7 +65,8 @@ class Search:
         self.generation = 0
         """How many generations were told."""
         self._labels: Counter[str] = Counter()
-        self._scheduler = self._schedule("random" if settings.warmup else settings.method, self.record, self._include)
+        self._parents: ArchiveBase = self.record
+        self._scheduler = self._schedule("random" if settings.warmup else settings.method, self._include)
 
     def ask(self) -> FloatArray:
         """Return the next controllers to evaluate, (population, 4)."""
@@ -86,8 +87,13 @@ class Search:
         self._labels.update(decode_labels(tensors["labels"]))
         self.generation += 1
         if self.generation == self._settings.warmup:
-            parents = self._tessellate() if self._settings.archive == "cvt" else self.record
-            self._scheduler = self._schedule(self._settings.method, parents, self._include[:0])
+            self._parents = self._tessellate() if self._settings.archive == "cvt" else self.record
+            self._scheduler = self._schedule(self._settings.method, self._include[:0])
+
+    def members(self) -> npt.NDArray[np.int64]:
+        """Return the rows (M,) of :meth:`archive` that parents come from, in order."""
+        held = self._parents.data(["generation", "world_index"])
+        return np.sort(held["generation"] * self._settings.population + held["world_index"])
 
     def numbers(self) -> dict[str, float]:
         """Return what a tracker shows of the last generation, and how many of each label there are in all."""
@@ -109,8 +115,8 @@ class Search:
             metrics=data["metrics"],
         )
 
-    def _schedule(self, method: str, parents: ArchiveBase, include: FloatArray) -> Scheduler:
-        begin = self.generation if method == "random" else 0
+    def _schedule(self, method: str, include: FloatArray) -> Scheduler:
+        parents, begin = self._parents, self.generation if method == "random" else 0
         emitter = make_emitter(method, Wish(parents, self._box, self._settings, self._seed, include, begin))
         return Scheduler(parents, [emitter], result_archive=None if parents is self.record else self.record)
 
@@ -132,8 +138,12 @@ class Search:
         return cells
 
 
-def run_search(folder: RunFolder, simulator: Simulator, representation: Representation) -> Archive:
-    """Evaluate every generation that the folder does not hold yet, and return the archive."""
+def run_search(folder: RunFolder, simulator: Simulator, representation: Representation) -> tuple[Archive, npt.NDArray[np.int64]]:
+    """Evaluate every generation that the folder does not hold yet.
+
+    Returns:
+        Everything evaluated, and its rows (M,) that the search's archive holds in the end.
+    """
     settings = folder.settings.search
     search = Search(settings, simulator.world, representation.dimension, folder.settings.seed)
     replay = folder.parts("search")
@@ -156,7 +166,7 @@ def run_search(folder: RunFolder, simulator: Simulator, representation: Represen
             folder.tracker.log("search", number, search.numbers())
             folder.tracker.flush()
             progress.update(settings.population)
-    return search.archive()
+    return search.archive(), search.members()
 
 
 def evaluate(simulator: Simulator, representation: Representation, controllers: FloatArray, seed: int) -> dict[str, npt.NDArray[Any]]:

@@ -190,6 +190,8 @@ class ClusteringSettings:
 
     method: str = choice("kmedoids")
     medoids: int = number(1)
+    of: str = choice("everything", "archive", neutral="everything")
+    """Where medoids come from: everything evaluated, or what the search's archive holds in the end, with cvt one controller a cell."""
     standardise: bool = False
     """Whether every number of the embeddings has mean 0 and standard deviation 1 over the archive first."""
     whiten: bool = False

@@ -86,6 +86,16 @@ def test_a_large_archive_is_clustered_by_samples_as_well_as_at_once() -> None:
     assert cost(sampled) < 1.1 * cost(whole)
 
 
+@pytest.mark.parametrize("sample", [10_000, 60])
+def test_medoids_of_some_members_give_everything_a_cluster(sample: int) -> None:
+    points = blobs(50)[:, :4]
+    members = np.arange(0, 200, 2)
+    found = cluster(points, tiny("clustering.medoids=4", f"clustering.sample={sample}").clustering, 0, members=members)
+    assert np.isin(found.medoids, members).all()
+    assert purity(found, 50) == 1.0
+    assert len(found.labels) == 200
+
+
 class Fickle:
     """Stands for simulator and representation: what a rollout shows is its controller, when that is steady, or chance."""
 

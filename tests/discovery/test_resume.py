@@ -127,7 +127,11 @@ def test_every_kind_of_search_resumes_to_the_same_bits(kind: str, tmp_path: Path
         "search.generations=5",
         "clustering.medoids=4",
     )
-    cells = ("search.warmup=2", "search.cells=5") if kind in ("cvt_random", "isoline") else ("search.distance=cosine",)
+    cells = (
+        ("search.warmup=2", "search.cells=12", "clustering.of=archive")
+        if kind in ("cvt_random", "isoline")
+        else ("search.distance=cosine",)
+    )
     words = ("representation=hand_crafted", "tracker=none", f"search={kind}", *options, *cells)
     whole, path, replace = tmp_path / "whole", tmp_path / "stopped", os.replace
     run(tiny(*words, f"folder={whole}", simclr=False), given=True, opened=Opened())

@@ -114,6 +114,15 @@ def test_parents_come_from_the_cells_of_a_tessellation() -> None:
     assert share < 0.3
 
 
+def test_members_are_the_rows_that_the_archive_holds() -> None:
+    everything, cells = searched(settings("novelty")), searched(settings("isoline"))
+    assert np.array_equal(everything.members(), np.arange(120))
+    rows = cells.members()
+    assert 10 < len(rows) <= 20, "one for each cell that is not empty"
+    assert (rows < 100).any()
+    assert np.array_equal(rows, np.unique(rows))
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_slow_and_straight_controllers_are_never_evaluated(kind: str) -> None:
     found = searched(settings(kind, "search.min_speed=0.05", "search.min_turn_rate=0.4")).archive()
