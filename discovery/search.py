@@ -76,7 +76,7 @@ class Search:
         """Take what :func:`evaluate` found of them, with the seed of their starts."""
         count = len(tensors["embeddings"])
         self._scheduler.tell(
-            objective=np.zeros(count),  # nothing is better than another thing
+            objective=np.full(count, float(self.generation)),  # nothing is better than another thing: a cell keeps the latest
             measures=tensors["embeddings"],
             generation=np.full(count, self.generation),
             world_seed=np.full(count, seed),
@@ -134,7 +134,7 @@ class Search:
                 solution_dim=4, centroids=centres, ranges=ranges, measures_dtype=np.float32, extra_fields=FIELDS,
                 seed=whole_seed(self._seed, "archive"),
             )  # fmt: skip
-        cells.add(found["solution"], found["objective"], embeddings, **{name: found[name] for name in FIELDS})
+        cells.add(found["solution"], found["generation"].astype(np.float64), embeddings, **{name: found[name] for name in FIELDS})
         return cells
 
 

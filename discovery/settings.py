@@ -150,7 +150,7 @@ class SearchSettings:
     method: str = choice("novelty", "random", "isoline")
     """Who proposes controllers: a genetic algorithm that selects by novelty, chance, or isoline variation."""
     archive: str = choice("proximity", "cvt", neutral="proximity")
-    """Where parents come from: everything evaluated, or the cells of a tessellation. What is evaluated is recorded in either case."""
+    """Where parents come from: everything evaluated, or the cells of a tessellation, which keep their latest; recorded is everything."""
     distance: str = choice("euclidean", "cosine", neutral="euclidean")
     """Between embeddings, for novelty and for the medoids."""
     population: int = number(2)

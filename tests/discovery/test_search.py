@@ -118,6 +118,7 @@ def test_members_are_the_rows_that_the_archive_holds() -> None:
     everything, cells = searched(settings("novelty")), searched(settings("isoline"))
     assert np.array_equal(everything.members(), np.arange(120))
     rows = cells.members()
+    assert (rows >= 100).any(), "cells keep their latest"
     assert 10 < len(rows) <= 20, "one for each cell that is not empty"
     assert (rows < 100).any()
     assert np.array_equal(rows, np.unique(rows))
