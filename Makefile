@@ -4,14 +4,18 @@ VENV := .venv
 BIN := $(VENV)/bin
 # Arguments for the discovery command, such as: make discover ARGS="experiment=paper seed=3"
 ARGS ?=
+# Libraries of docs/site/guides that take other versions of packages than $(VENV) has: only what differs is installed, and found first.
+GUIDES := $(VENV)/guides/benchmarl/installed $(VENV)/guides/rllib/installed
 
-.PHONY: help discover test lint format bench study-walls calibration-study firmware firmware-test firmware-fuzz hardware docs clean
+.PHONY: help discover test guide-packages lint format bench study-walls paper-study calibration-study firmware firmware-test firmware-fuzz hardware docs clean
 
 help:
 	@echo "make discover   from nothing to a report of ten discovered behaviours (ARGS=\"experiment=paper seed=3\")"
 	@echo "make test       ruff, mypy and the tests"
-	@echo "make bench      speed of the simulation, with a table"
+	@echo "make guide-packages  what the guide to BenchMARL and RLlib is tested with; make test does it too"
+	@echo "make bench      speed of simulation and discovery, with tables"
 	@echo "make study-walls  how often walls are followed and swarms mill, by world (docs/studies)"
+	@echo "make paper-study  the paper's figures and tables, and what is better; hours, resumable (ARGS=\"--size paper --seeds 3\")"
 	@echo "make calibration-study  how often hidden effects are found; hours (docs/studies)"
 	@echo "make firmware   size of the robot's code on its processors; firmware-test and firmware-fuzz try it there"
 	@echo "make hardware   parts and assembly of the robot as STEP and STL, checked and drawn"
@@ -23,7 +27,10 @@ discover: $(VENV)/installed-discovery
 	@$(BIN)/python -m discovery $(ARGS)
 
 test: lint
+	@$(MAKE) --no-print-directory guide-packages || echo "not installed: the tests of the guide to BenchMARL and RLlib are skipped" >&2
 	$(BIN)/python -m pytest -n auto --dist worksteal -q
+
+guide-packages: $(GUIDES)
 
 lint: $(VENV)/installed-dev
 	$(BIN)/ruff check .
@@ -36,9 +43,13 @@ format: $(VENV)/installed-dev
 
 bench: $(VENV)/installed-dev
 	@$(BIN)/python -m tests.bench.simulation
+	@$(BIN)/python -m tests.bench.discovery
 
 study-walls: $(VENV)/installed-dev
 	@$(BIN)/python docs/studies/wall_following_and_milling.py
+
+paper-study: $(VENV)/installed-discovery
+	@$(BIN)/python -m discovery.evaluation study $(ARGS)
 
 calibration-study: $(VENV)/installed-dev
 	@$(BIN)/python -m tests.calibration.study --seed 53 --singles 100 --pairs 60 --nulls 60 --unlisted 15 --out build/calibration-study --page docs/studies/calibration_study.md
@@ -76,6 +87,12 @@ $(VENV)/installed-dev: pyproject.toml | $(VENV)/bin/python
 	@echo "setting up $(VENV) with what the tests need (once; about 3 GB, a few minutes)"
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[discovery,deployment,hardware,video,window,trainers,calibration,docs,dev]"
 	@touch $@ $(VENV)/installed-discovery $(VENV)/installed-hardware
+
+$(GUIDES): $(VENV)/guides/%/installed: tests/docs/packages/%.txt | $(VENV)/installed-dev
+	@echo "installing what the guide to $* is tested with into $(@D) (once; 0.1 to 0.3 GB, a few seconds)"
+	@rm -rf $(@D)
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --target $(@D) --requirement $<
+	@touch $@
 
 $(VENV)/installed-hardware: pyproject.toml | $(VENV)/bin/python
 	@echo "setting up $(VENV) with the CAD kernel (once; about 1 GB)"

@@ -8,6 +8,7 @@ import os
 import re
 import signal
 import sys
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -23,6 +24,7 @@ from discovery.controllers import check_controllers
 from discovery.errors import DiscoveryError
 from discovery.run_folder import RunFolder, make_folder, open_folder, refuse_finished
 from discovery.settings import Settings, read_settings, setting_names
+from discovery.tracking import check_tracker
 from swarm_envs.worlds import WorldError, load_world
 
 CONFIGS = Path(__file__).parent.parent / "configs"
@@ -84,7 +86,9 @@ def run(settings: Settings, given: bool, opened: Opened) -> Path:
     """
     if settings.resume:
         folder = open_folder(Path(settings.resume), settings if given else None)
+        check_tracker(folder.settings)
     else:
+        check_tracker(settings)
         check_controllers(load_world(settings.world), settings.search.include)  # a mistake should leave no folder behind
         folder = make_folder(settings)
     with folder:
@@ -152,9 +156,16 @@ def _stoppable() -> Iterator[None]:
     def stop(number: int, frame: FrameType | None) -> None:
         raise Stopped(number)
 
+    def leave_to_main(error: threading.ExceptHookArgs) -> None:
+        if not isinstance(error.exc_value, OSError):
+            threading.__excepthook__(error)
+
     before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
+    # what a library's thread cannot write is told where the main thread waits for it, in one line
+    hook, threading.excepthook = threading.excepthook, leave_to_main
     try:
         yield
     finally:
+        threading.excepthook = hook
         for number, handler in before.items():
             signal.signal(number, handler)

@@ -9,14 +9,15 @@ import numpy as np
 import numpy.typing as npt
 
 from discovery.controllers import FloatArray, random_controllers
+from discovery.filming import film
 from discovery.labels import decode_labels, encode_labels
 from discovery.progress import bar
 from discovery.randomness import generator, whole_seed
 from discovery.run_folder import RunFolder, part_name
+from discovery.settings import DatasetSettings
 from discovery.simulate import Simulator
 from swarm_envs.behaviours import label
 from swarm_envs.metrics import hand_crafted
-from swarm_envs.rendering import videos
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,7 @@ def make_dataset(folder: RunFolder, simulator: Simulator) -> Dataset:
         for number in range(len(parts), len(starts)):
             count = min(settings.chunk, settings.videos - starts[number])
             controllers = random_controllers(simulator.world, count, generator(seed, "dataset controllers", number))
-            part = _make_part(simulator, controllers, whole_seed(seed, "dataset starts", number), settings.frames, settings.size)
+            part = _make_part(simulator, controllers, whole_seed(seed, "dataset starts", number), settings)
             folder.write_tensors(part_name("dataset", number), part, {})
             parts.append(part)
             progress.update(count)
@@ -52,11 +53,11 @@ def make_dataset(folder: RunFolder, simulator: Simulator) -> Dataset:
     return Dataset(controllers, filmed, metrics, np.array(decode_labels(codes), dtype=np.str_))
 
 
-def _make_part(simulator: Simulator, controllers: FloatArray, seed: int, frames: int, size: int) -> dict[str, npt.NDArray[Any]]:
+def _make_part(simulator: Simulator, controllers: FloatArray, seed: int, settings: DatasetSettings) -> dict[str, npt.NDArray[Any]]:
     trajectories = simulator(controllers, seed)
     return {
         "controllers": controllers,
-        "videos": videos(trajectories, frames=frames, size=size),
+        "videos": film(trajectories, settings),
         "metrics": hand_crafted(trajectories),
         "labels": encode_labels(label(trajectories)),
     }

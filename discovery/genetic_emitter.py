@@ -6,13 +6,16 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from ribs.archives import ProximityArchive
+from ribs.archives import ArchiveBase
 from ribs.emitters import EmitterBase
 
 from discovery.controllers import FloatArray
-from discovery.novelty import novelty
+from discovery.gene_box import GeneBox
 from discovery.randomness import generator
 from discovery.settings import SearchSettings
+
+REDRAWS = 1000
+"""How often a change is drawn again; what is wrong even then is not proposed."""
 
 
 class GeneticEmitter(EmitterBase):
@@ -22,55 +25,62 @@ class GeneticEmitter(EmitterBase):
     resumes by replay.
 
     Args:
-        archive: Keeps everything; novelty is measured against it.
-        limits: (4,) largest magnitude of each gene.
+        archive: Says how novel what it is given is: ``add_info["novelty"]``.
+        box: What may be proposed.
         settings: Population, rates and sizes.
         seed: The run's seed.
         include: (n, 4) controllers that take the first places of the first population.
     """
 
-    def __init__(self, archive: ProximityArchive, limits: FloatArray, settings: SearchSettings, seed: int, include: FloatArray) -> None:
-        super().__init__(archive, solution_dim=len(limits), bounds=None, lower_bounds=-limits, upper_bounds=limits)
+    def __init__(self, archive: ArchiveBase, box: GeneBox, settings: SearchSettings, seed: int, include: FloatArray) -> None:
+        super().__init__(archive, solution_dim=len(box.limits), bounds=None, lower_bounds=-box.limits, upper_bounds=box.limits)
+        self._box = box
         self._settings = settings
         self._seed = seed
         self._include = include
-        self._neighbours = int(archive.k_neighbors)
         self.generation = 0
         """The generation that :meth:`ask` makes next."""
-        self.novelty: FloatArray = np.empty(0)
-        """(population,) novelty of the generation told last, its own members left out one at a time."""
-        self._parents: FloatArray = np.empty((0, len(limits)))
+        self._asked = 0
+        self._parents: FloatArray = np.empty((0, len(box.limits)))
+        self._novelty: FloatArray = np.empty(0)
 
     def ask(self) -> FloatArray:
-        """Return the next population, (population, 4)."""
-        rng, size = generator(self._seed, "search", self.generation), self._settings.population
+        """Return the next population, (population, 4); asked again, another one."""
+        again = (self._asked,) if self._asked else ()
+        self._asked += 1
+        rng, size = generator(self._seed, "search", self.generation, *again), self._settings.population
         if self.generation == 0:
-            drawn = rng.uniform(self.lower_bounds, self.upper_bounds, (size, len(self.lower_bounds)))
-            return np.concatenate([self._include, drawn])[:size]
-        return children(self._parents, self.novelty, self.upper_bounds, self._settings, rng)
+            return np.concatenate([self._include, self._box.draw(size, rng)])[:size]
+        return children(self._parents, self._novelty, size, self._box, self._settings, rng)
 
     def tell(self, solution: npt.ArrayLike, objective: Any, measures: npt.ArrayLike, add_info: Any, **fields: Any) -> None:
-        """Take the population's embeddings; the archive holds them already."""
+        """Take what became of the population: ``add_info["novelty"]`` selects, ``fields["metrics"]`` may bar from it."""
         self._parents = np.asarray(solution, dtype=np.float64)
-        self.novelty = novelty(np.asarray(measures), np.asarray(self.archive.data("measures")), self._neighbours)
+        self._novelty = np.asarray(add_info["novelty"], dtype=np.float64)
+        if self._settings.minimal_criterion > 0:
+            fast = np.asarray(fields["metrics"])[:, 0] >= self._settings.minimal_criterion * self._box.limits[0]
+            if fast.sum() > 1:  # else nobody is left to choose from: all may be parents
+                self._parents, self._novelty = self._parents[fast], self._novelty[fast]
         self.generation += 1
+        self._asked = 0
 
 
 def children(
-    parents: FloatArray, fitness: FloatArray, limits: FloatArray, settings: SearchSettings, rng: np.random.Generator
+    parents: FloatArray, fitness: FloatArray, count: int, box: GeneBox, settings: SearchSettings, rng: np.random.Generator
 ) -> FloatArray:
-    """Breed a new population of the same size.
+    """Breed a new population.
 
     Args:
-        parents: (population, genes).
-        fitness: (population,), the greater the better.
-        limits: (genes,) largest magnitude of each gene.
+        parents: (n, genes).
+        fitness: (n,), the greater the better.
+        count: How many children.
+        box: What may be proposed.
         settings: Tournament size and rates.
         rng: Source of every draw.
     """
-    mothers, fathers = (tournament(fitness, len(parents), settings.tournament, rng) for _ in range(2))
+    mothers, fathers = (tournament(fitness, count, settings.tournament, rng) for _ in range(2))
     first, second = parents[mothers], parents[fathers]
-    return mutate(cross(first, second, settings.crossover, rng), limits, settings.mutation, settings.mutation_step, rng)
+    return mutate(cross(first, second, settings.crossover, rng), box, settings.mutation, settings.mutation_step, rng)
 
 
 def tournament(fitness: FloatArray, winners: int, contestants: int, rng: np.random.Generator) -> npt.NDArray[np.int64]:
@@ -90,14 +100,22 @@ def cross(first: FloatArray, second: FloatArray, rate: float, rng: np.random.Gen
     return np.where(after_point & np.reshape(crossed, (-1, 1)), second, first)
 
 
-def mutate(population: FloatArray, limits: FloatArray, rate: float, step: float, rng: np.random.Generator) -> FloatArray:
+def mutate(population: FloatArray, box: GeneBox, rate: float, step: float, rng: np.random.Generator) -> FloatArray:
     """With probability ``rate`` add to a gene a normal change of standard deviation ``step`` times its limit.
 
-    What leaves the limits is reflected back: clipping would pile controllers up at full speed.
+    What leaves the limits is reflected back: clipping would pile controllers up at full speed. A change to what may not be proposed is
+    drawn again: rejecting the whole child would favour copies of its parents.
     """
-    change = rng.normal(0.0, step * limits, population.shape)
-    mutated = np.where(rng.random(population.shape) < rate, population + change, population)
-    return reflect(mutated, limits)
+    change = rng.normal(0.0, step * box.limits, population.shape)
+    changed = rng.random(population.shape) < rate
+    mutated = reflect(np.where(changed, population + change, population), box.limits)
+    for _ in range(REDRAWS if box.least.any() else 0):
+        wrong = changed & (np.abs(mutated) < box.least)
+        if not wrong.any():
+            break
+        change = rng.normal(0.0, step * box.limits, population.shape)
+        mutated = np.where(wrong, reflect(population + change, box.limits), mutated)
+    return mutated
 
 
 def reflect(values: FloatArray, limits: FloatArray) -> FloatArray:

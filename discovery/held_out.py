@@ -27,6 +27,8 @@ CHUNK = 250
 """Rollouts simulated at a time."""
 FEWEST = 10
 """A behaviour with fewer rollouts is left out."""
+CLASSES = 5
+"""The whole set is to be this many times what is wanted of a class (500 of 100 each): what rare behaviours lack the others fill up."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +77,8 @@ class HeldOut:
 def draw_held_out(simulator: Simulator, a_class: int, most_draws: int, seed: int) -> HeldOut:
     """Draw random controllers until every behaviour has enough rollouts, or the draws are used up.
 
+    Where some behaviours are too rare, more of the others are taken, as evenly as can be, until there are five times ``a_class`` in all.
+
     Args:
         simulator: World, engine and length.
         a_class: Rollouts wanted of each behaviour.
@@ -87,24 +91,49 @@ def draw_held_out(simulator: Simulator, a_class: int, most_draws: int, seed: int
     parts: list[Trajectories] = []
     labels: list[str] = []
     counts: Counter[str] = Counter()
+    most = a_class * CLASSES // 2  # of one behaviour, when there are but two
     with bar(most_draws, "test set", "rollouts") as progress:
         for number in range(-(-most_draws // CHUNK)):
             controllers = random_controllers(simulator.world, CHUNK, generator(seed, "test controllers", number))
             trajectories = simulator(controllers, whole_seed(seed, "test starts", number))
             kept = []
             for index, name in enumerate(label(trajectories)):
-                if counts[name] < a_class:
+                if counts[name] < most:
                     counts[name] += 1
                     kept.append(index)
                     labels.append(name)
             if kept:
                 parts.append(trajectories[np.array(kept)])
             progress.update(CHUNK)
-            if len(counts) > 1 and all(count >= a_class for count in counts.values()) and number >= 3:
+            if len(counts) >= CLASSES and all(count >= a_class for count in counts.values()) and number >= 3:
                 break
-    names = np.array(labels, dtype=np.str_)
-    drawn = HeldOut(tuple(parts), names)
-    found = drawn._where(np.isin(names, [name for name, count in counts.items() if count >= FEWEST]), names, "rules")
-    if len(found.classes) < 2:
+    enough = {name: count for name, count in counts.items() if count >= FEWEST}
+    if len(enough) < 2:
         raise DiscoveryError(f"test set: {dict(counts)} of {most_draws} rollouts; expected two behaviours of {FEWEST} or more, draw more")
-    return found
+    names = np.array(labels, dtype=np.str_)
+    return HeldOut(tuple(parts), names)._where(_first(names, shares(enough, a_class)), names, "rules")
+
+
+def shares(counts: Mapping[str, int], a_class: int) -> dict[str, int]:
+    """Return how many rollouts to take of each behaviour: ``a_class``, and where some have fewer, more of the others.
+
+    Args:
+        counts: Rollouts that there are of each.
+        a_class: Rollouts wanted of each.
+    """
+    taken = {name: min(count, a_class) for name, count in counts.items()}
+    while sum(taken.values()) < CLASSES * a_class:
+        more = [name for name in sorted(counts) if taken[name] < counts[name]]
+        if not more:
+            break
+        least = min(more, key=lambda name: taken[name])
+        taken[least] += 1
+    return taken
+
+
+def _first(names: npt.NDArray[np.str_], wanted: Mapping[str, int]) -> npt.NDArray[np.bool_]:
+    """Mark the first few rows of each name."""
+    keep = np.zeros(len(names), dtype=np.bool_)
+    for name, count in wanted.items():
+        keep[np.flatnonzero(names == name)[:count]] = True
+    return keep

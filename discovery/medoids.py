@@ -8,10 +8,10 @@ from typing import Any
 import kmedoids
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial.distance import cdist
 
-from discovery.randomness import whole_seed
+from discovery.randomness import generator, whole_seed
 from discovery.settings import ClusteringSettings
+from discovery.space import make_space
 
 
 @dataclass(frozen=True)
@@ -34,15 +34,35 @@ class Clusters:
         return flags
 
 
-def cluster(embeddings: npt.NDArray[Any], settings: ClusteringSettings, seed: int) -> Clusters:
-    """Cluster embeddings (N, d) by FasterPAM on Euclidean distances.
+SAMPLES = 5
+"""Samples that a large archive is clustered by; the one whose medoids suit the whole archive best counts (Kaufman and Rousseeuw 1990)."""
+
+
+def cluster(embeddings: npt.NDArray[Any], settings: ClusteringSettings, seed: int, distance: str = "euclidean") -> Clusters:
+    """Cluster embeddings (N, d) by FasterPAM, archives of more than ``settings.sample`` by CLARA.
 
     One thread and a fixed random state: the same embeddings give the same medoids.
     """
-    distances = cdist(embeddings, embeddings).astype(np.float32)
-    state = whole_seed(seed, "medoids") >> 1  # the library takes 31 bits
-    result = kmedoids.fasterpam(distances, settings.medoids, init="build", random_state=state, n_cpu=1)
-    return by_size(np.asarray(result.medoids, dtype=np.int64), np.asarray(result.labels, dtype=np.int64))
+    space = make_space(embeddings, distance, settings.standardise, settings.whiten)
+    places = space.place(embeddings)
+    if len(places) <= settings.sample:
+        result = _pam(space.distances(places, places), settings.medoids, whole_seed(seed, "medoids"))
+        return by_size(np.asarray(result.medoids, dtype=np.int64), np.asarray(result.labels, dtype=np.int64))
+    best, medoids, labels = np.inf, np.empty(0, np.int64), np.empty(0, np.int64)
+    for number in range(SAMPLES):
+        rows = np.sort(generator(seed, "medoid sample", number).choice(len(places), settings.sample, replace=False))
+        sample = places[rows]
+        tried = rows[_pam(space.distances(sample, sample), settings.medoids, whole_seed(seed, "medoids", number)).medoids]
+        away = space.distances(places, places[tried])
+        away[tried, np.arange(len(tried))] = -1.0  # a medoid's twin in another cluster must not take it away
+        if (total := float(away.min(axis=1).sum(dtype=np.float64))) < best:
+            best, medoids, labels = total, tried.astype(np.int64), away.argmin(axis=1)
+    return by_size(medoids, labels)
+
+
+def _pam(distances: npt.NDArray[np.float32], medoids: int, seed: int) -> Any:
+    # the library takes 31 bits
+    return kmedoids.fasterpam(distances, medoids, init="build", random_state=seed >> 1, n_cpu=1)
 
 
 def by_size(medoids: npt.NDArray[np.int64], labels: npt.NDArray[np.int64]) -> Clusters:

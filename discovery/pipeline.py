@@ -12,16 +12,25 @@ from discovery.archive import Archive, to_parquet
 from discovery.confirmation import Confirmation, confirm, describe
 from discovery.controllers import check_controllers
 from discovery.dataset import make_dataset
+from discovery.export import export
 from discovery.manifest import begin_manifest, end_manifest
 from discovery.medoids import Clusters, cluster
 from discovery.progress import stage
 from discovery.report import write_report
 from discovery.representations import fit
 from discovery.representations.interface import Fitted
-from discovery.run_folder import ARCHIVE, METRICS, RunFolder
+from discovery.run_folder import ARCHIVE, ENCODER, METRICS, RunFolder
 from discovery.search import run_search
 from discovery.simulate import Simulator
+from discovery.stability import steadiest
+from discovery.tracking import make_tracker
+from swarm_envs.rendering import pictures
 from swarm_envs.worlds import load_world
+
+MEDOIDS = "medoids"
+"""Folder in the run folder with a film and a controller update file for each medoid."""
+REMADE = (ENCODER, "training/start.safetensors")
+"""What learning leaves, and makes again when it is damaged."""
 
 
 def discover(folder: RunFolder) -> Path:
@@ -37,36 +46,66 @@ def discover(folder: RunFolder) -> Path:
     manifest = begin_manifest(folder, world)
     threads = settings.threads or 1  # a run folder's settings hold a number
     torch.set_num_threads(threads)
-    simulator, seconds = Simulator(world, settings.engine, settings.steps, threads), manifest["seconds"]
+    simulator = Simulator(world, settings.engine, settings.steps, threads)
     print(f"run        {folder.path}", flush=True)
     print(
         f"world      {world.name}: {world.num_robots} robots, {settings.steps} ticks of {world.tick:g} s, {settings.engine} engine",
         flush=True,
     )
 
+    folder.tracker = make_tracker(folder)
+    try:
+        return _stages(folder, simulator, manifest)
+    finally:
+        folder.tracker.close()
+
+
+def _stages(folder: RunFolder, simulator: Simulator, manifest: dict[str, Any]) -> Path:
+    settings, seconds = folder.settings, manifest["seconds"]
     with stage("dataset", seconds) as line:
         dataset = make_dataset(folder, simulator)
         line.done = f"{len(dataset.videos)} random controllers, simulated and rendered as {dataset.videos.shape[1:]} videos"
     with stage("training", seconds) as line:
+        for name in REMADE:
+            folder.forget_damaged(name)
         fitted = fit(folder, dataset)
         line.done = fitted.done
     with stage("search", seconds) as line:
         archive = run_search(folder, simulator, fitted.representation)
         line.done = f"{len(archive)} controllers in the archive; {_count(archive.labels.tolist())}"
     with stage("clusters", seconds) as line:
-        clusters = cluster(archive.embeddings, settings.clustering, settings.seed)
+        clusters = cluster(archive.embeddings, settings.clustering, settings.seed, settings.search.distance)
+        steadiness = None
+        if settings.clustering.stable:
+            steadiness = steadiest(clusters, archive, simulator, fitted.representation, settings)
+            clusters = steadiness.clusters
         folder.write(ARCHIVE, to_parquet(archive, clusters))
         medoid_labels = archive.labels[clusters.medoids].tolist()
         line.done = f"{len(clusters.medoids)} medoids; {_count(medoid_labels)}"
     with stage("confirming", seconds) as line:
         confirmations = confirm(simulator, archive.controllers[clusters.medoids], medoid_labels, settings.seed)
-        folder.write_json(METRICS, summarise(settings.representation.method, archive, clusters, fitted, confirmations))
+        summary = summarise(settings.representation.method, archive, clusters, fitted, confirmations)
+        if steadiness is not None:
+            summary["stability"] = steadiness.summary()
+        folder.write_json(METRICS, summary)
         line.done = describe(confirmations)
     with stage("report", seconds) as line:
+        _picture(folder, simulator, archive, clusters)
         path = write_report(folder, simulator, archive, clusters, confirmations, fitted, manifest)
-        line.done = f"{path.stat().st_size / 1e6:.1f} MB of HTML"
+        files = export(folder.path / MEDOIDS, simulator, archive, clusters, folder.path.name)
+        line.done = f"{path.stat().st_size / 1e6:.1f} MB of HTML; {len(files) // 2} medoids as GIF and controller update file"
+    folder.remove("training/*.safetensors")  # kept until now: were the encoder damaged, the last checkpoint would make it again
     end_manifest(folder, manifest)
     return path
+
+
+def _picture(folder: RunFolder, simulator: Simulator, archive: Archive, clusters: Clusters) -> None:
+    """Show the tracker how the medoids' rollouts end."""
+    folder.tracker.begin("medoids")
+    for number, row in enumerate(clusters.medoids.tolist(), start=1):
+        run = simulator.again(archive.controllers[row], int(archive.world_seed[row]), int(archive.world_index[row]))
+        *_, last = pictures(run, fps=1.0, speed=float(run.time[-1]))
+        folder.tracker.picture("medoids", f"{number} {archive.labels[row]}", last)
 
 
 def summarise(method: str, archive: Archive, clusters: Clusters, fitted: Fitted, confirmations: list[Confirmation]) -> dict[str, Any]:

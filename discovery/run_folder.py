@@ -20,10 +20,15 @@ from discovery.atomic import write_atomically
 from discovery.errors import DiscoveryError
 from discovery.settings import PLACES, Settings, flat, read_settings, to_yaml
 from discovery.tensor_file import DamagedFileError, TensorFile, read_tensor_file, write_tensor_file
+from discovery.tracking.interface import Silent, Tracker
 
 CONFIG, MANIFEST, ARCHIVE, METRICS, ENCODER, REPORT = (
     "config.yaml", "manifest.json", "archive.parquet", "metrics.json", "encoder.safetensors", "report.html",
 )  # fmt: skip
+
+LOCK = ".lock"
+OURS = (LOCK, f".{CONFIG}.partial")
+"""What a process that was killed before it wrote the config may have left."""
 
 
 class RunFolder:
@@ -36,6 +41,8 @@ class RunFolder:
         self.path = path
         self.settings = settings
         self.identity = hashlib.sha256(to_yaml(settings).encode()).hexdigest()[:16]
+        self.tracker: Tracker = Silent()
+        """Who is told of progress."""
         self._lock: IO[str] | None = None
 
     def __enter__(self) -> Self:
@@ -81,6 +88,14 @@ class RunFolder:
                 return
             yield part
 
+    def forget_damaged(self, name: str) -> None:
+        """Remove a file of arrays that is not what was written, and say so: it is made again from what came before it."""
+        try:
+            self.read_tensors(name)
+        except DamagedFileError as error:
+            notice(f"refused {error}; making it again")
+            (self.path / name).unlink()
+
     def remove(self, pattern: str) -> None:
         """Remove files that are no longer needed."""
         for path in self.path.glob(pattern):
@@ -98,20 +113,18 @@ def make_folder(settings: Settings) -> RunFolder:
     Raises:
         DiscoveryError: When the folder holds something already, or cannot be made.
     """
-    path = Path(settings.folder) if settings.folder else _fresh_name(settings)
-    if (path / CONFIG).exists():
-        if _finished(path):
-            raise DiscoveryError(f"{path}: holds a finished run, which is never overwritten; choose another folder")
-        raise DiscoveryError(f"{path}: holds an unfinished run; finish it with resume={path} or choose another folder")
-    try:
-        if path.exists() and any(path.iterdir()):
-            raise DiscoveryError(f"{path}: is not empty and not a run folder; choose another folder")
-        path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise DiscoveryError(f"{path}: cannot be made ({error.strerror}); choose another place with runs=FOLDER") from None
     # The number of threads decides how sums are split, hence the last bits: it belongs to the run, also when it is resumed elsewhere.
-    folder = RunFolder(path, dataclasses.replace(settings, threads=settings.threads or len(os.sched_getaffinity(0))))
-    folder.write(CONFIG, to_yaml(folder.settings))
+    settled = dataclasses.replace(settings, threads=settings.threads or len(os.sched_getaffinity(0)))
+    path = _made(settings)
+    with RunFolder(path, settled) as folder:  # locked: of two processes that make one folder at the same time the second is refused
+        if (path / CONFIG).exists():
+            if _finished(path):
+                raise DiscoveryError(f"{path}: holds a finished run, which is never overwritten; choose another folder")
+            raise DiscoveryError(f"{path}: holds an unfinished run; finish it with resume={path} or choose another folder")
+        if strangers := sorted(item.name for item in path.iterdir() if item.name not in OURS):
+            (path / LOCK).unlink()
+            raise DiscoveryError(f"{path}: is not empty and not a run folder, it has {strangers[0]}; choose another folder")
+        folder.write(CONFIG, to_yaml(settled))
     return folder
 
 
@@ -175,13 +188,21 @@ def _finished(path: Path) -> bool:
     return manifest is not None and manifest["status"] == "finished"
 
 
-def _fresh_name(settings: Settings) -> Path:
+def _made(settings: Settings) -> Path:
+    """Make the folder asked for, or a new one named after time, experiment and seed."""
     stem = f"{datetime.now():%Y-%m-%d_%H-%M-%S}_{settings.name}_seed{settings.seed}"
-    path, count = Path(settings.runs) / stem, 1
-    while path.exists():
-        count += 1
-        path = Path(settings.runs) / f"{stem}_{count}"
-    return path
+    path, count = Path(settings.folder) if settings.folder else Path(settings.runs) / stem, 1
+    while True:
+        try:
+            path.mkdir(parents=True, exist_ok=settings.folder is not None)
+            return path
+        except FileExistsError:
+            if settings.folder is not None:
+                raise DiscoveryError(f"{path}: is a file; choose another folder") from None
+            count += 1  # another run began in the same second
+            path = Path(settings.runs) / f"{stem}_{count}"
+        except OSError as error:
+            raise DiscoveryError(f"{path}: cannot be made ({error.strerror}); choose another place with runs=FOLDER") from None
 
 
 def _read_config(path: Path) -> Settings:
@@ -212,7 +233,7 @@ def _refuse_other_settings(path: Path, began: Settings, asked: Settings) -> None
 
 def _lock(path: Path) -> IO[str]:
     try:
-        lock = (path / ".lock").open("a+")
+        lock = (path / LOCK).open("a+")
     except OSError as error:
         raise DiscoveryError(f"{path}: cannot be written ({error.strerror}); make it writable") from None
     try:

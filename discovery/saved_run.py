@@ -60,8 +60,7 @@ class Run:
     @property
     def medoids(self) -> list[Medoid]:
         """The discovered behaviours, the one with the largest cluster first."""
-        rows = zip(self.clusters.medoids.tolist(), self.clusters.share().tolist(), strict=True)
-        return [Medoid(row, self.archive.controllers[row], str(self.archive.labels[row]), share) for row, share in rows]
+        return medoids_of(self.archive, self.clusters)
 
     @cached_property
     def encoder(self) -> Encoder:
@@ -87,6 +86,12 @@ class Run:
         from discovery.representations import load
 
         return load(open_folder(self.path))
+
+
+def medoids_of(archive: Archive, clusters: Clusters) -> list[Medoid]:
+    """Return an archive's medoids, the one with the largest cluster first."""
+    rows = zip(clusters.medoids.tolist(), clusters.share().tolist(), strict=True)
+    return [Medoid(row, archive.controllers[row], str(archive.labels[row]), share) for row, share in rows]
 
 
 def load_run(folder: str | Path) -> Run:

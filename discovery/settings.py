@@ -1,6 +1,9 @@
 """What a run may be told: one dataclass a config group, each number with its bounds.
 
 Values live in ``configs/``; these classes give them types, refuse unknown keys and numbers out of bounds.
+
+A setting that is added later takes a neutral value, with which everything is as it was before. A config that lacks it is read with that
+value, and written without it: folders of earlier runs stay readable and keep their identity.
 """
 
 from __future__ import annotations
@@ -15,14 +18,14 @@ from omegaconf.errors import OmegaConfBaseException
 from discovery.errors import DiscoveryError
 
 
-def number(low: float, high: float = float("inf")) -> Any:
+def number(low: float, high: float = float("inf"), neutral: Any = MISSING) -> Any:
     """Declare a number, or a list of numbers, from ``low`` to ``high``."""
-    return dataclasses.field(default=MISSING, metadata={"low": low, "high": high})
+    return dataclasses.field(default=neutral, metadata={"low": low, "high": high})
 
 
-def choice(*options: str) -> Any:
-    """Declare a word out of ``options``."""
-    return dataclasses.field(default=MISSING, metadata={"options": options})
+def choice(*options: str | int, neutral: str | int = MISSING) -> Any:
+    """Declare a word or a number out of ``options``."""
+    return dataclasses.field(default=neutral, metadata={"options": options})
 
 
 @dataclass
@@ -33,6 +36,8 @@ class DatasetSettings:
     """How many."""
     frames: int = number(1, 64)
     """Frames of a video, evenly spaced over the last half of the rollout."""
+    trail: bool = False
+    """Whether each picture shows, fading into the past, the robots' paths since the picture before it."""
     size: int = number(8, 512)
     """Pixels a side."""
     chunk: int = number(1)
@@ -40,7 +45,19 @@ class DatasetSettings:
 
 
 @dataclass
-class SimCLRSettings:
+class NetworkSettings:
+    """What is made of a network's 512 numbers, in this order; then comes ``normalise``."""
+
+    symmetries: int = choice(1, 4, 8, neutral=1)
+    """Embeddings are means over the video turned and mirrored in so many ways: 4 leave a rectangle in place, 8 a square."""
+    whiten: str = choice("none", "standardise", "pca", neutral="none")
+    """Whether numbers, or principal components, have mean 0 and standard deviation 1 over the dataset."""
+    whiten_variance: float = number(0.01, 1.0, neutral=0.95)
+    """Share of the variance that the principal components hold which ``pca`` keeps."""
+
+
+@dataclass
+class SimCLRSettings(NetworkSettings):
     """Contrastive learning on a ResNet18."""
 
     method: str = choice("simclr")
@@ -61,14 +78,14 @@ class SimCLRSettings:
     """Probability of a horizontal flip."""
     normalise: bool = MISSING
     """Whether embeddings have length one, so that distances compare directions, as the loss does."""
-    checkpoint_seconds: float = number(0.0)
+    checkpoint_seconds: float = number(0.0, 60.0)
     """Longest training time in s lost to a stop."""
     device: str = choice("auto", "cpu", "cuda")
     precision: str = choice("auto", "float32", "bfloat16")
 
 
 @dataclass
-class TripletSettings:
+class TripletSettings(NetworkSettings):
     """A ResNet18 trained on judgements of which of two rollouts is more like a third."""
 
     method: str = choice("triplet")
@@ -93,14 +110,14 @@ class TripletSettings:
     """Probability of a horizontal flip."""
     normalise: bool = MISSING
     """Whether embeddings have length one."""
-    checkpoint_seconds: float = number(0.0)
+    checkpoint_seconds: float = number(0.0, 60.0)
     """Longest training time in s lost to a stop."""
     device: str = choice("auto", "cpu", "cuda")
     precision: str = choice("auto", "float32", "bfloat16")
 
 
 @dataclass
-class UntrainedSettings:
+class UntrainedSettings(NetworkSettings):
     """A ResNet18 that is not trained."""
 
     method: str = choice("untrained")
@@ -128,9 +145,14 @@ REPRESENTATIONS: dict[str, type] = {
 
 @dataclass
 class SearchSettings:
-    """Novelty search."""
+    """Which controllers are tried, and which of them have children."""
 
-    method: str = choice("novelty")
+    method: str = choice("novelty", "random", "isoline")
+    """Who proposes controllers: a genetic algorithm that selects by novelty, chance, or isoline variation."""
+    archive: str = choice("proximity", "cvt", neutral="proximity")
+    """Where parents come from: everything evaluated, or the cells of a tessellation. What is evaluated is recorded in either case."""
+    distance: str = choice("euclidean", "cosine", neutral="euclidean")
+    """Between embeddings, for novelty and for the medoids."""
     population: int = number(2)
     generations: int = number(1)
     """How many, the random first one included."""
@@ -144,6 +166,20 @@ class SearchSettings:
     """Probability that a gene is changed."""
     mutation_step: float = number(0.0, 10.0)
     """Standard deviation of a change as a share of the gene's limit."""
+    warmup: int = number(0, neutral=0)
+    """Generations of random controllers before the method proposes; a tessellation's cells are made from them."""
+    cells: int = number(2, neutral=250)
+    """Cells of the tessellation."""
+    iso_sigma: float = number(0.0, neutral=0.01)
+    """Isoline variation: standard deviation in every direction, as a share of the gene's limit (Vassiliades and Mouret 2018)."""
+    line_sigma: float = number(0.0, neutral=0.2)
+    """Isoline variation: standard deviation along the line between two parents, as a share of their difference."""
+    minimal_criterion: float = number(0.0, 1.0, neutral=0.0)
+    """Parents' swarms move at least so fast on average, as a share of the world's top speed; 0 asks nothing."""
+    min_speed: float = number(0.0, neutral=0.0)
+    """Smallest magnitude in m/s of both speeds of a proposed controller."""
+    min_turn_rate: float = number(0.0, neutral=0.0)
+    """Smallest magnitude in rad/s of both turn rates of a proposed controller."""
     include: list[Any] = dataclasses.field(default_factory=list)  # omegaconf takes no whole numbers for nested floats
     """Controllers [v0, w0, v1, w1] in m/s and rad/s that join the first population."""
 
@@ -154,6 +190,14 @@ class ClusteringSettings:
 
     method: str = choice("kmedoids")
     medoids: int = number(1)
+    standardise: bool = False
+    """Whether every number of the embeddings has mean 0 and standard deviation 1 over the archive first."""
+    whiten: bool = False
+    """Whether the principal components that hold 99 % of the variance weigh the same first."""
+    stable: int = number(0, neutral=0)
+    """Members nearest to each medoid that are tried from other starts, for the steadiest to stand for the cluster; 0 keeps the medoid."""
+    sample: int = number(10, neutral=10_000)
+    """Archive members that are clustered at once; larger archives by samples of that many (CLARA)."""
 
 
 @dataclass
@@ -167,6 +211,15 @@ class ReportSettings:
     """Iterations of t-SNE; its library takes no fewer."""
     frame_every: int = number(1)
     """Ticks between the animations' frames."""
+
+
+@dataclass
+class TrackerSettings:
+    """Where progress can be watched."""
+
+    method: str = choice("tensorboard", "none", "wandb", "mlflow", neutral="tensorboard")
+    project: str = "swarm-envs"
+    """Project of wandb, experiment of MLflow."""
 
 
 @dataclass
@@ -190,6 +243,7 @@ class Settings:
     search: SearchSettings = dataclasses.field(default_factory=SearchSettings)
     clustering: ClusteringSettings = dataclasses.field(default_factory=ClusteringSettings)
     report: ReportSettings = dataclasses.field(default_factory=ReportSettings)
+    tracker: TrackerSettings = dataclasses.field(default_factory=TrackerSettings)
 
 
 PLACES = ("runs", "folder", "resume")
@@ -224,7 +278,7 @@ def _check_bounds(part: Any, prefix: str) -> None:
             _check_bounds(value, key + ".")
         options = field.metadata.get("options")
         if options and value not in options:
-            raise DiscoveryError(f"{key}: given {value!r}, expected {' or '.join(options)}")
+            raise DiscoveryError(f"{key}: given {value!r}, expected {' or '.join(map(str, options))}")
         if "low" in field.metadata and value is not None:
             low, high = field.metadata["low"], field.metadata["high"]
             for item in value if isinstance(value, list) else [value]:
@@ -248,8 +302,27 @@ def _check_together(settings: Settings) -> None:
         crop = representation.crop_scale
         if len(crop) != 2 or crop[0] > crop[1]:
             raise DiscoveryError(f"representation.crop_scale: given {crop}, expected [smallest, largest]")
+    _check_search(settings.search)
     if len(settings.search.include) > settings.search.population:
         raise DiscoveryError(f"search.include: given {len(settings.search.include)} controllers, expected at most search.population")
+
+
+def _check_search(search: SearchSettings) -> None:
+    drawn = search.warmup * search.population
+    if search.archive == "cvt" and search.method == "novelty":
+        raise DiscoveryError("search.archive: given 'cvt', but search.method=novelty measures against everything; take random or isoline")
+    if search.archive == "cvt" and drawn < search.cells:
+        raise DiscoveryError(f"search.cells: given {search.cells}, expected at most the {drawn} evaluations of search.warmup")
+    if search.archive == "cvt" and search.distance == "cosine":
+        raise DiscoveryError(
+            "search.distance: given 'cosine', but search.archive=cvt has Euclidean cells; take representation.normalise=true"
+        )
+    if search.method == "isoline" and search.warmup < 1:
+        raise DiscoveryError("search.warmup: given 0, expected 1 or more: isoline variation needs parents")
+    if search.warmup >= search.generations:
+        raise DiscoveryError(f"search.warmup: given {search.warmup}, expected fewer than search.generations, {search.generations}")
+    if search.minimal_criterion > 0 and search.method != "novelty":
+        raise DiscoveryError(f"search.minimal_criterion: works with search.method=novelty only, given {search.method}")
 
 
 def flat(settings: Settings) -> dict[str, Any]:
@@ -278,6 +351,18 @@ def setting_names(part: Any = Settings, prefix: str = "") -> list[str]:
 
 
 def to_yaml(settings: Settings) -> str:
-    """Return the settings as YAML, without those that say only where."""
-    plain = dataclasses.asdict(settings)
-    return OmegaConf.to_yaml(OmegaConf.create({key: value for key, value in plain.items() if key not in PLACES}))
+    """Return the settings as YAML, without those that say only where and those that have their neutral value."""
+
+    def walk(part: Any) -> dict[str, Any]:
+        found: dict[str, Any] = {}
+        for field in dataclasses.fields(part):
+            value, neutral = getattr(part, field.name), field.default
+            if dataclasses.is_dataclass(value):
+                if inside := walk(value):
+                    found[field.name] = inside
+            elif neutral in (dataclasses.MISSING, MISSING) or value != neutral:
+                found[field.name] = value
+        return found
+
+    plain = {key: value for key, value in walk(settings).items() if key not in PLACES}
+    return OmegaConf.to_yaml(OmegaConf.create(plain))

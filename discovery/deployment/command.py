@@ -14,6 +14,7 @@ import urllib.request
 from pathlib import Path
 from typing import Any
 
+from discovery.deployment.controller_file import read_controller
 from discovery.deployment.errors import FleetError
 from discovery.deployment.fleet_file import Fleet, link_constants, read_fleet, secrets_header, write_new_fleet
 
@@ -77,7 +78,10 @@ def _parser() -> argparse.ArgumentParser:
     start.add_argument("--delay", type=float, default=0.6, help="s from now")
     update = add("update", _update, "load a controller on every robot, or on one")
     update.add_argument("genes", type=float, nargs=4, metavar=("V0", "W0", "V1", "W1"), help="m/s and rad/s")
-    update.add_argument("--robot", help="this one alone")
+    load = add("load", _load, "load the controller of a file on every robot, or on one")
+    load.add_argument("file", type=Path, help="a controller update file, from python -m discovery.export")
+    for one in (update, load):
+        one.add_argument("--robot", help="this one alone")
     return parser
 
 
@@ -200,6 +204,11 @@ def _start(given: argparse.Namespace) -> int:
 def _update(given: argparse.Namespace) -> int:
     names = [given.robot] if given.robot else [robot.name for robot in read_fleet(given.fleet).robots]
     return _show(_call(given.fleet, "update", {"controllers": dict.fromkeys(names, given.genes)}))
+
+
+def _load(given: argparse.Namespace) -> int:
+    given.genes = list(read_controller(given.file))
+    return _update(given)
 
 
 def _status(given: argparse.Namespace) -> int:

@@ -10,9 +10,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from discovery.errors import DiscoveryError
+from discovery.evaluation.study.command import add_study, run_study
 from swarm_envs.worlds import WorldError
 
 if TYPE_CHECKING:
+    from discovery.held_out import HeldOut
     from discovery.saved_run import Run
     from discovery.simulate import Simulator
 
@@ -21,17 +23,27 @@ def parser() -> argparse.ArgumentParser:
     """Return the command's arguments."""
     top = argparse.ArgumentParser(prog="python -m discovery.evaluation", description=__doc__)
     kinds = top.add_subparsers(dest="kind", required=True)
-    shared = argparse.ArgumentParser(add_help=False)
-    shared.add_argument("runs", nargs="+", type=Path, help="folders of finished runs of one world; seeds of one representation go together")
+    computing = argparse.ArgumentParser(add_help=False)
+    computing.add_argument("--threads", type=int, default=len(os.sched_getaffinity(0)), help="cores to use (default: all)")
+    shared = argparse.ArgumentParser(add_help=False, parents=[computing])
+    shared.add_argument("runs", nargs="+", type=Path, help="folders of finished runs; seeds of one representation go together")
     shared.add_argument("--out", type=Path, required=True, help="folder for the figures and tables")
-    shared.add_argument("--threads", type=int, default=len(os.sched_getaffinity(0)), help="cores to use (default: all)")
-    one = kinds.add_parser("representations", parents=[shared], help="confusion over held-out triplets (Figure 3), k-NN, linear probe")
-    one.add_argument("--per-class", type=int, default=100, help="test rollouts of each behaviour (default: %(default)s)")
-    one.add_argument("--most-draws", type=int, default=8000, help="rollouts simulated at most to find them (default: %(default)s)")
-    one.add_argument("--labels", type=Path, help="a person's labels, from python -m discovery.annotation labels, instead of the rules'")
-    one.add_argument("--seed", type=int, default=0, help="of the test set (default: %(default)s)")
-    two = kinds.add_parser("behaviours", parents=[shared], help="which behaviours the medoids are (Table 1), and what simpler ways find")
-    two.add_argument("--no-random-search", action="store_true", help="leave out random sampling, which simulates anew")
+    tested = argparse.ArgumentParser(add_help=False)
+    tested.add_argument("--per-class", type=int, default=100, help="test rollouts of each behaviour (default: %(default)s)")
+    tested.add_argument("--most-draws", type=int, default=8000, help="rollouts simulated at most to find them (default: %(default)s)")
+    tested.add_argument("--labels", type=Path, help="a person's labels, from python -m discovery.annotation labels, instead of the rules'")
+    tested.add_argument("--seed", type=int, default=0, help="of the test set (default: %(default)s)")
+    kinds.add_parser(
+        "representations", parents=[shared, tested], help="confusion over held-out triplets (Figure 3), k-NN, linear probe; one world"
+    )
+    maps = kinds.add_parser("tsne", parents=[shared, tested], help="t-SNE of the test set (Figure 4), as figures and a page; one world")
+    maps.add_argument("--iterations", type=int, default=1000, help="of t-SNE, at least 250 (default: %(default)s)")
+    found = kinds.add_parser("behaviours", parents=[shared], help="which behaviours the medoids are (Table 1), and what simpler ways find")
+    found.add_argument("--no-random-search", action="store_true", help="leave out random sampling, which simulates anew")
+    moved = kinds.add_parser("transfer", parents=[shared], help="which behaviours found in one world survive in another (Table 2)")
+    moved.add_argument("--to", default="hero_plus", help="the world that stands for the robots (default: %(default)s)")
+    moved.add_argument("--starts", type=int, default=20, help="attempts of each medoid (default: %(default)s)")
+    add_study(kinds.add_parser("study", parents=[computing], help="everything above from nothing, and the page of the study"))
     return top
 
 
@@ -40,6 +52,9 @@ def main(given: Sequence[str] | None = None) -> int:
     arguments = parser().parse_args(given)
     try:
         _evaluate(arguments)
+    except KeyboardInterrupt:
+        print("discovery.evaluation: stopped; the same command goes on where it was", file=sys.stderr)
+        return 130
     except (DiscoveryError, WorldError, OSError) as error:
         print(f"discovery.evaluation: {error}", file=sys.stderr)
         return 1
@@ -47,6 +62,60 @@ def main(given: Sequence[str] | None = None) -> int:
 
 
 def _evaluate(arguments: argparse.Namespace) -> None:
+    {
+        "representations": _representations, "tsne": _maps, "behaviours": _behaviours, "transfer": _transfer, "study": run_study,
+    }[arguments.kind](arguments)  # fmt: skip
+
+
+def _representations(arguments: argparse.Namespace) -> None:
+    groups, simulator = _open(arguments)
+    from discovery.evaluation.representations import judge_representations, write_representations
+
+    test = _test_set(arguments, simulator)
+    judged = judge_representations(groups, test)
+    write_representations(arguments.out, judged, test)
+    for entry in judged:
+        numbers = f"triplets {entry.accuracy[0]:.3f}, k-NN {entry.knn[0]:.3f}, linear {entry.linear[0]:.3f}"
+        print(f"{entry.name}: {numbers}, {entry.runs} runs")
+
+
+def _maps(arguments: argparse.Namespace) -> None:
+    groups, simulator = _open(arguments)
+    from discovery.evaluation.maps import lay_out_maps, write_maps
+
+    test = _test_set(arguments, simulator)
+    write_maps(arguments.out, lay_out_maps(groups, test, max(250, arguments.iterations), arguments.seed), test)
+    print(arguments.out / "tsne.html")
+
+
+def _behaviours(arguments: argparse.Namespace) -> None:
+    groups, simulator = _open(arguments)
+    from discovery.evaluation.frequency import RANDOM, count_behaviours, write_frequency
+
+    found = count_behaviours(groups, None if arguments.no_random_search else simulator)
+    write_frequency(arguments.out, found)
+    for way in found:
+        unique, chance = (sum(counts) / len(way.labels) for counts in (way.unique, way.count(RANDOM)))
+        print(f"{way.name}: {unique:.2f} unique, {chance:.2f} random")
+
+
+def _transfer(arguments: argparse.Namespace) -> None:
+    from discovery.saved_run import load_run
+
+    runs = [load_run(folder) for folder in arguments.runs]
+    from discovery.evaluation.transfer import transfer
+    from discovery.evaluation.transfer_tables import survival, write_transfer
+
+    found = transfer(runs, arguments.to, arguments.starts, arguments.threads)
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    write_transfer(arguments.out, found, arguments.to)
+    for entry in survival(found):
+        first = " and ".join(f"{count} by {way}" for way, count in entry.first.items())
+        print(f"{entry.world}: {entry.medoids} medoids other than random in {entry.runs} runs; survive at the first attempt: {first}")
+
+
+def _open(arguments: argparse.Namespace) -> tuple[dict[str, list[Run]], Simulator]:
+    """Return the runs and the simulator of their world."""
     from discovery.evaluation.groups import load_groups
 
     groups = load_groups(arguments.runs)  # before torch, which takes seconds to import: mistakes are told first
@@ -57,35 +126,13 @@ def _evaluate(arguments: argparse.Namespace) -> None:
     from swarm_envs.worlds import load_world
 
     torch.set_num_threads(arguments.threads)
-    simulator = Simulator(load_world(settings.world), settings.engine, settings.steps, arguments.threads)
     arguments.out.mkdir(parents=True, exist_ok=True)
-    {"representations": _representations, "behaviours": _behaviours}[arguments.kind](arguments, groups, simulator)
+    return groups, Simulator(load_world(settings.world), settings.engine, settings.steps, arguments.threads)
 
 
-def _representations(arguments: argparse.Namespace, groups: dict[str, list[Run]], simulator: Simulator) -> None:
+def _test_set(arguments: argparse.Namespace, simulator: Simulator) -> HeldOut:
     from discovery.annotation.answers import read_labels
-    from discovery.evaluation.representations import judge_representations, write_representations
     from discovery.held_out import draw_held_out
 
     test = draw_held_out(simulator, arguments.per_class, arguments.most_draws, arguments.seed)
-    if arguments.labels is not None:
-        test = test.relabelled(*read_labels(arguments.labels, test.fingerprint))
-    judged = judge_representations(groups, test)
-    write_representations(arguments.out, judged, test)
-    for entry in judged:
-        numbers = f"triplets {entry.accuracy[0]:.3f}, k-NN {entry.knn[0]:.3f}, linear {entry.linear[0]:.3f}"
-        print(f"{entry.name}: {numbers}, {entry.runs} runs")
-
-
-def _behaviours(arguments: argparse.Namespace, groups: dict[str, list[Run]], simulator: Simulator) -> None:
-    from discovery.evaluation.frequency import RANDOM, medoids_found, random_search, standardised_medoids, write_frequency
-
-    found = []
-    for name, runs in groups.items():
-        found += [medoids_found(name, runs), standardised_medoids(name, runs)]
-        if not arguments.no_random_search:
-            found.append(random_search(name, runs, simulator))
-    write_frequency(arguments.out, found)
-    for way in found:
-        unique, chance = (sum(counts) / len(way.labels) for counts in (way.unique, way.count(RANDOM)))
-        print(f"{way.name}: {unique:.2f} unique, {chance:.2f} random")
+    return test if arguments.labels is None else test.relabelled(*read_labels(arguments.labels, test.fingerprint))

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from discovery.evaluation import published
 from discovery.evaluation.groups import FloatArray, mean_and_error
 from discovery.evaluation.probes import probe
 from discovery.evaluation.tables import write_csv, write_figure, write_json
@@ -39,7 +40,7 @@ def judge_representations(groups: dict[str, list[Run]], test: HeldOut) -> list[J
         matrices, probes = [], []
         for run in runs:
             embeddings = test.embed(run.representation)
-            matrices.append(confusion(embeddings, test.labels, classes))
+            matrices.append(confusion(embeddings, test.labels, classes, run.settings.search.distance))
             probes.append(probe(embeddings, test.labels))
         mean, error = mean_and_error(matrices)
         numbers = {key: mean_and_error([found[key] for found in probes]) for key in ("knn", "linear")}
@@ -57,13 +58,15 @@ def write_representations(folder: Path, judged: list[Judged], test: HeldOut) -> 
         for (i, j), share in np.ndenumerate(entry.confusion):
             what = "right" if i == j else f"{classes[j]} is nearer"
             rows.append([entry.name, entry.runs, classes[i], what, share, entry.confusion_error[i, j]])
-    write_csv(folder / "representations.csv", head, rows)
+    write_csv(folder / "representations.csv", head, rows, test.given_by)
     write_json(
         folder / "representations.json",
         {
             "labels_given_by": test.given_by,
             "test_set": dict(Counter(test.labels.tolist())),
             "classes": classes,
+            "gain_over_hand_crafted": gains(judged, classes),
+            "paper_gain_of_simclr_over_hand_crafted": published.GAIN,
             "representations": [
                 {
                     "name": entry.name, "runs": entry.runs, "confusion": entry.confusion.tolist(),
@@ -74,7 +77,19 @@ def write_representations(folder: Path, judged: list[Judged], test: HeldOut) -> 
             ],
         },
     )  # fmt: skip
-    write_figure(draw(judged, classes), folder / "representations")
+    write_figure(draw(judged, classes), folder / "representations", test.given_by)
+
+
+def gains(judged: list[Judged], classes: list[str]) -> dict[str, dict[str, float]]:
+    """Return, by representation and class, the triplet accuracy less that of the raw hand-crafted metrics; empty without them."""
+    base = next((entry for entry in judged if entry.name == published.HAND_CRAFTED), None)
+    if base is None:
+        return {}
+    return {
+        entry.name: dict(zip(classes, (np.diag(entry.confusion) - np.diag(base.confusion)).tolist(), strict=True))
+        for entry in judged
+        if entry is not base
+    }
 
 
 def draw(judged: list[Judged], classes: list[str]) -> Any:
@@ -83,12 +98,13 @@ def draw(judged: list[Judged], classes: list[str]) -> Any:
 
     columns = min(3, len(judged))
     rows = -(-len(judged) // columns)
-    figure = Figure(figsize=(4.4 * columns, 4.6 * rows), layout="constrained")
+    figure = Figure(figsize=(4.2 * columns, 4.6 * rows), layout="constrained")
     axes = np.ravel(figure.subplots(rows, columns, squeeze=False))
     for axis in axes[len(judged) :]:
         axis.axis("off")
     for axis, entry in zip(axes, judged, strict=False):
-        axis.imshow(entry.confusion, vmin=0, vmax=1, cmap="cividis")
+        axis.imshow(entry.confusion, vmin=0, vmax=1, cmap="cividis", aspect="auto")
+        axis.set_box_aspect(1)
         for (i, j), value in np.ndenumerate(entry.confusion):
             spread = entry.confusion_error[i, j]
             text = f"{value:.2f}" + (f"\n±{spread:.2f}" if np.isfinite(spread) else "")

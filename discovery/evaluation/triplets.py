@@ -11,16 +11,19 @@ from scipy.spatial.distance import cdist
 FloatArray = npt.NDArray[np.float64]
 
 
-def confusion(embeddings: npt.NDArray[np.floating], labels: npt.NDArray[np.str_], classes: Sequence[str]) -> FloatArray:
+def confusion(
+    embeddings: npt.NDArray[np.floating], labels: npt.NDArray[np.str_], classes: Sequence[str], distance: str = "euclidean"
+) -> FloatArray:
     """Return the representation confusion matrix over all valid triplets.
 
     A triplet is an anchor and a positive of one class and a negative of another; it is right when the positive is nearer to the
-    anchor than the negative is (Euclidean; a tie is half right).
+    anchor than the negative is (a tie is half right).
 
     Args:
         embeddings: (N, d).
         labels: (N,) the class of each.
         classes: K names, each of at least two rows.
+        distance: ``euclidean`` or ``cosine``.
 
     Returns:
         (K, K). Off the diagonal the share of triplets with an anchor of the row's class and a negative of the column's that are
@@ -31,7 +34,7 @@ def confusion(embeddings: npt.NDArray[np.floating], labels: npt.NDArray[np.str_]
     """
     if len(classes) < 2:
         raise ValueError(f"given {len(classes)} classes, expected at least two: a triplet needs a negative")
-    distances = cdist(embeddings, embeddings)
+    distances = cdist(embeddings, embeddings, distance)
     members = [np.flatnonzero(labels == name) for name in classes]
     for name, rows in zip(classes, members, strict=True):
         if len(rows) < 2:

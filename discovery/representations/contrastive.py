@@ -6,7 +6,7 @@ from discovery.dataset import Dataset
 from discovery.representations.interface import Fitted
 from discovery.representations.simclr import begin, train_simclr
 from discovery.representations.training import describe
-from discovery.representations.videos import compute_of, look, save_network, saved_network, starting_weights
+from discovery.representations.videos import compute_of, fit_look, save_network, saved_network, starting_weights
 from discovery.run_folder import RunFolder
 from discovery.settings import SimCLRSettings
 
@@ -28,5 +28,4 @@ def fit_simclr(folder: RunFolder, dataset: Dataset) -> Fitted:
         network, losses = training.network, training.losses
         done = f"SimCLR on {len(dataset.videos)} videos, {len(losses)} steps, {describe(losses)}" if losses else "no steps"
         save_network(folder, network, origin, losses)
-    folder.remove("training/*.safetensors")
-    return Fitted(look(folder, network), origin, losses, LOSS, done)
+    return Fitted(fit_look(folder, network, dataset.videos), origin, losses, LOSS, done)

@@ -15,7 +15,7 @@ from discovery.representations.augment import augment, draw_views
 from discovery.representations.encoder import make_network
 from discovery.representations.interface import Fitted
 from discovery.representations.training import Training, describe, train
-from discovery.representations.videos import compute_of, look, save_network, saved_network, starting_weights
+from discovery.representations.videos import compute_of, fit_look, save_network, saved_network, starting_weights
 from discovery.run_folder import RunFolder
 from discovery.settings import TripletSettings
 
@@ -37,8 +37,7 @@ def fit_triplet(folder: RunFolder, dataset: Dataset) -> Fitted:
         network, losses = training.network, training.losses
         done = f"triplets on {len(judgements.triples)} answers, {len(losses)} steps, {describe(losses)}"
         save_network(folder, network, origin, losses)
-    folder.remove("training/*.safetensors")
-    return Fitted(look(folder, network), origin, losses, "triplet margin loss (distance)", done)
+    return Fitted(fit_look(folder, network, dataset.videos), origin, losses, "triplet margin loss (distance)", done)
 
 
 def judge(folder: RunFolder, dataset: Dataset) -> Judgements:

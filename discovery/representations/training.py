@@ -32,6 +32,10 @@ class Training:
     losses: list[float]
     """One a step; its length is the number of steps done."""
 
+    def rate(self, number: int) -> float:
+        """Learning rate of step ``number``, from 0, of the first parameters."""
+        return float(self.scheduler.base_lrs[0] * self.scheduler.lr_lambdas[0](number))
+
     def descend(self, loss: torch.Tensor) -> None:
         """Make the step that lowers a loss."""
         self.optimizer.zero_grad()
@@ -54,15 +58,20 @@ def train(folder: RunFolder, training: Training, step: Callable[[int], None], to
     """
     keep_freed_memory()
     resume(folder, training)
+    folder.tracker.begin("training")
+    for number, loss in enumerate(training.losses):
+        folder.tracker.log("training", number + 1, {"loss": loss, "learning_rate": training.rate(number)})
     training.network.train()
     training.head.train()
     saved = time.monotonic()
     with bar(total * views, "training", "views", len(training.losses) * views) as progress:
         for number in range(len(training.losses), total):
             step(number)
+            folder.tracker.log("training", number + 1, {"loss": training.losses[-1], "learning_rate": training.rate(number)})
             progress.set_postfix_str(f"step {number + 1}/{total}, loss {training.losses[-1]:.3f}", refresh=False)
             progress.update(views)
             if time.monotonic() - saved >= every or number + 1 == total:
+                folder.tracker.flush()  # first: a trained encoder is not logged again
                 save(folder, training)
                 saved = time.monotonic()
 

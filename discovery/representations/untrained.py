@@ -6,13 +6,12 @@ from discovery.dataset import Dataset
 from discovery.randomness import whole_seed
 from discovery.representations.encoder import make_network
 from discovery.representations.interface import Fitted
-from discovery.representations.videos import look, save_network, saved_network, starting_weights
+from discovery.representations.videos import fit_look, save_network, saved_network, starting_weights
 from discovery.run_folder import RunFolder
 
 
 def fit_untrained(folder: RunFolder, dataset: Dataset) -> Fitted:
     """Return a ResNet18 that has never seen a swarm."""
-    del dataset
     found = saved_network(folder)
     if found is not None:
         network, origin = found[0], found[1].facts["origin"]
@@ -20,5 +19,4 @@ def fit_untrained(folder: RunFolder, dataset: Dataset) -> Fitted:
         origin, start = starting_weights(folder)
         network = make_network(folder.settings.dataset.frames, whole_seed(folder.settings.seed, "network"), start)
         save_network(folder, network, origin, [])
-        folder.remove("training/*.safetensors")
-    return Fitted(look(folder, network), f"{origin}, and was not trained", done="a ResNet18 that is not trained")
+    return Fitted(fit_look(folder, network, dataset.videos), f"{origin}, and was not trained", done="a ResNet18 that is not trained")

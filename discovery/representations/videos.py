@@ -9,13 +9,20 @@ import numpy.typing as npt
 import torch
 
 from discovery.errors import DiscoveryError
+from discovery.filming import film
 from discovery.representations.compute import Compute, choose_compute
 from discovery.representations.encoder import Encoder, load_arrays, make_network, state_arrays
 from discovery.representations.imagenet import NoWeightsError, imagenet_weights
+from discovery.representations.whitening import Whitening, fit_whitening
 from discovery.run_folder import ENCODER, RunFolder
+from discovery.settings import DatasetSettings
 from discovery.tensor_file import TensorFile
-from swarm_envs.rendering import videos
 from swarm_envs.simulation import Trajectories
+
+Videos = npt.NDArray[np.uint8]
+"""(N, frames, size, size)"""
+WHITENING = "whitening.safetensors"
+"""File of the run folder with what brings embeddings to a common scale."""
 
 
 class EncoderSettings(Protocol):
@@ -23,6 +30,9 @@ class EncoderSettings(Protocol):
 
     weights: str
     normalise: bool
+    symmetries: int
+    whiten: str
+    whiten_variance: float
     device: str
     precision: str
 
@@ -30,13 +40,13 @@ class EncoderSettings(Protocol):
 class VideoRepresentation:
     """Embeds the greyscale video of a rollout with an encoder."""
 
-    def __init__(self, encoder: Encoder, frames: int, size: int) -> None:
-        self.encoder, self.frames, self.size = encoder, frames, size
+    def __init__(self, encoder: Encoder, shape: DatasetSettings) -> None:
+        self.encoder, self.shape = encoder, shape
         self.dimension = encoder.dimension
 
     def embed(self, trajectories: Trajectories) -> npt.NDArray[np.float32]:
         """Render and embed each rollout: (W, dimension)."""
-        return self.encoder(videos(trajectories, frames=self.frames, size=self.size))
+        return self.encoder(film(trajectories, self.shape))
 
 
 def compute_of(settings: EncoderSettings) -> Compute:
@@ -44,24 +54,46 @@ def compute_of(settings: EncoderSettings) -> Compute:
     return choose_compute(settings.device, settings.precision)
 
 
-def look(folder: RunFolder, network: torch.nn.Module, compute: Compute | None = None) -> VideoRepresentation:
-    """Return the representation that a network gives to the videos of a run."""
-    settings, shape = folder.settings.representation, folder.settings.dataset
-    return VideoRepresentation(Encoder(network, compute or compute_of(settings), settings.normalise), shape.frames, shape.size)
+def fit_look(folder: RunFolder, network: torch.nn.Module, videos: Videos) -> VideoRepresentation:
+    """Return the representation that a network gives to the videos of a run, whitened over the dataset's when the settings ask for it."""
+    settings: EncoderSettings = folder.settings.representation
+    compute, whitening = compute_of(settings), None
+    if settings.whiten != "none":
+        folder.forget_damaged(WHITENING)
+        whitening = saved_whitening(folder)
+        if whitening is None:
+            whitening = fit_whitening(_look(folder, network, compute)(videos, progress=True), settings.whiten, settings.whiten_variance)
+            folder.write_tensors(WHITENING, {"mean": whitening.mean, "directions": whitening.directions}, {"method": settings.whiten})
+    return VideoRepresentation(_look(folder, network, compute, whitening, settings.normalise), folder.settings.dataset)
 
 
 def load_videos(folder: RunFolder) -> VideoRepresentation:
     """Return a finished run's representation; one that was made on a GPU is read where there is none, too.
 
     Raises:
-        DiscoveryError: When the folder lacks the encoder, or it is damaged.
+        DiscoveryError: When the folder lacks the encoder or what whitens its embeddings, or they are damaged.
     """
     found = saved_network(folder)
     if found is None:
         raise DiscoveryError(f"{folder.path / ENCODER}: there is none")
     settings = folder.settings.representation
-    device = "auto" if settings.device == "cuda" else settings.device
-    return look(folder, found[0], choose_compute(device, settings.precision))
+    compute = choose_compute("auto" if settings.device == "cuda" else settings.device, settings.precision)
+    whitening = saved_whitening(folder)
+    if whitening is None and settings.whiten != "none":
+        raise DiscoveryError(f"{folder.path / WHITENING}: there is none, though the run whitened its embeddings")
+    return VideoRepresentation(_look(folder, found[0], compute, whitening, settings.normalise), folder.settings.dataset)
+
+
+def saved_whitening(folder: RunFolder) -> Whitening | None:
+    """Return the whitening that the folder holds already."""
+    saved = folder.read_tensors(WHITENING)
+    return None if saved is None else Whitening(saved.tensors["mean"], saved.tensors["directions"])
+
+
+def _look(
+    folder: RunFolder, network: torch.nn.Module, compute: Compute, whitening: Whitening | None = None, normalise: bool = False
+) -> Encoder:
+    return Encoder(network, compute, normalise, folder.settings.representation.symmetries, whitening)
 
 
 def saved_network(folder: RunFolder) -> tuple[torch.nn.Module, TensorFile] | None:
@@ -75,8 +107,9 @@ def saved_network(folder: RunFolder) -> tuple[torch.nn.Module, TensorFile] | Non
 
 
 def save_network(folder: RunFolder, network: torch.nn.Module, origin: str, losses: list[float]) -> None:
-    """Write the encoder, and forget the checkpoints on the way to it."""
+    """Write the encoder, and forget what was made with an earlier one that was refused."""
     shape = folder.settings.dataset
+    folder.remove(WHITENING)
     facts = {"architecture": "resnet18", "frames": shape.frames, "size": shape.size, "origin": origin, "losses": losses}
     folder.write_tensors(ENCODER, state_arrays(network), facts)
 

@@ -29,6 +29,8 @@ FEW_RUNS = 5
 """With fewer runs, parts of :data:`PART` s are what is held out."""
 PART = 20.0
 """Length in s of such parts."""
+MOMENTS = 5
+"""Moments through a window at which place and motion are noted."""
 LABELS = ("place", "robot")
 """Circumstances that are labels and not numbers."""
 
@@ -45,6 +47,8 @@ class Residuals:
     """(W, 2) place in m at the middle of the window."""
     motion: FloatArray
     """(W, 2) predicted forward speed in m/s and turn rate in rad/s."""
+    along: FloatArray
+    """(W, T, 4) at moments through the window: measured x and y in m, predicted forward speed in m/s and turn rate in rad/s."""
     block: IntArray
     """(W,) windows of one block may err alike; blocks err independently."""
     group: IntArray
@@ -73,9 +77,9 @@ def residuals(log: Log, model: Model, robots: tuple[str, ...]) -> Residuals:
         for track, touching in zip(tracks, may_touch(log, tracks), strict=True)
     ]
     groups = held_out_together(log)
-    empty = np.empty(0)
     if not sum(len(part.errors) for part in parts):
-        return Residuals(np.empty((0, 3)), {}, np.empty((0, 2)), np.empty((0, 2)), empty.astype(np.int64), empty.astype(np.int64))
+        nobody = np.empty(0, np.int64)
+        return Residuals(np.empty((0, 3)), {}, np.empty((0, 2)), np.empty((0, 2)), np.empty((0, MOMENTS, 4)), nobody, nobody)
     times = [part.circumstances["time in the run"] for part in parts]
     circumstances = {name: np.concatenate([part.circumstances[name] for part in parts]) for name in parts[0].circumstances}
     where = np.concatenate([part.where for part in parts])
@@ -84,6 +88,7 @@ def residuals(log: Log, model: Model, robots: tuple[str, ...]) -> Residuals:
     held = [[group_of(groups, track, float(t)) for t in part] for track, part in zip(tracks, times, strict=True)]
     return Residuals(
         np.concatenate([part.errors for part in parts]), circumstances, where, np.concatenate([part.motion for part in parts]),
+        np.concatenate([part.along for part in parts]),
         _numbered([key for part in keys for key in part]), np.array([g for part in held for g in part], np.int64),
     )  # fmt: skip
 
@@ -166,8 +171,20 @@ def _of_track(track: Track, model: Model, robot: int, touching: BoolArray) -> Re
     return Residuals(
         errors[drives], {name: value[drives] for name, value in circumstances.items()},
         0.5 * (track.poses[first, :2] + track.poses[last, :2])[drives], (np.column_stack([expected[:, 0], turned]) / span[:, None])[drives],
-        nowhere, nowhere,
+        _through(track, run.path, first[drives], last[drives]), nowhere, nowhere,
     )  # fmt: skip
+
+
+def _through(track: Track, path: FloatArray, first: IntArray, last: IntArray) -> FloatArray:
+    """Return measured places and predicted motion (W, T, 4) at moments through windows; motion ahead is as seen over the whole window."""
+    begin, span = track.times[first][:, None], (track.times[last] - track.times[first])[:, None]
+    inside = begin + span * (np.arange(MOMENTS) + 0.5) / MOMENTS
+    edges = begin + span * np.arange(MOMENTS + 1) / MOMENTS
+    steps = np.diff(np.stack([np.interp(edges, track.times, column) for column in path.T], axis=-1), axis=1) / (span[..., None] / MOMENTS)
+    way = 0.5 * (path[first, 2] + path[last, 2])[:, None]
+    ahead = np.cos(way) * steps[..., 0] + np.sin(way) * steps[..., 1]
+    places = [np.interp(inside, track.times, track.poses[:, k]) for k in range(2)]
+    return np.stack([*places, ahead, steps[..., 2]], axis=-1)
 
 
 def _seen_from(heading: FloatArray, gone: FloatArray) -> FloatArray:

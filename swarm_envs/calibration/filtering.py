@@ -256,6 +256,7 @@ def _filter(
                             spread[h, i, j] = 0.0
                     spread[h, 0, 0] = spread[h, 1, 1] = r_place
                     spread[h, 2, 2] = r_heading
+                beams = _merge(beams, state, spread, motor, held, moving, moved, weight)
                 continue
             best = 0
             for h in range(beams):
@@ -379,6 +380,34 @@ def _copy(
     for i in range(2):
         motor[goal, i], held[goal, i] = motor[source, i], held[source, i]
     moving[goal], moved[goal], weight[goal] = moving[source], moved[source], weight[source]
+
+
+@compiled(_nrt=False)
+def _merge(
+    beams: int, state: FloatArray, spread: FloatArray, motor: FloatArray, held: FloatArray, moving: BoolArray, moved: FloatArray,
+    weight: FloatArray,
+) -> int:  # fmt: skip
+    """Make one of hypotheses that start anew at a measured pose and move alike from there; returns how many are left.
+
+    Left apart, the many ways to one command would crowd out the less likely commands, of which one may be in force.
+    """
+    kept = 0
+    for h in range(beams):
+        same = -1
+        for k in range(kept):
+            alike = held[k, 0] == held[h, 0] and held[k, 1] == held[h, 1] and moving[k] == moving[h]
+            if alike and abs(motor[k, 0] - motor[h, 0]) < 1e-3 and abs(motor[k, 1] - motor[h, 1]) < 1e-2:
+                same = k
+                break
+        if same >= 0:
+            high, low = max(weight[same], weight[h]), min(weight[same], weight[h])
+            weight[same] = high + math.log1p(math.exp(low - high))
+            moved[same] = max(moved[same], moved[h])
+        else:
+            if kept != h:
+                _copy(h, kept, state, spread, motor, held, moving, moved, weight)
+            kept += 1
+    return kept
 
 
 @compiled(_nrt=False)

@@ -143,7 +143,7 @@ def _unlisted(findings: Findings) -> str:
     heading = f"from {_quantity(end.heading_before, 'rad')} to {_quantity(end.heading_after, 'rad')}"
     instead = f" It takes the place of {_text(', '.join(rest.instead_of))}." if rest.instead_of else ""
     return (
-        "<p>As a smooth function of that (effect <code>unlisted</code> in findings.json) it takes the error after "
+        "<p>As a function of that (effect <code>unlisted</code> in findings.json) it takes the error after "
         f"{end.horizon_s:g} s on held-out runs {place} and {heading}.{instead}</p>"
     )
 

@@ -15,6 +15,8 @@ from scipy.optimize import minimize_scalar
 from scipy.special import ndtr
 from scipy.stats import chi2
 
+from swarm_envs.calibration.contact import may_touch
+from swarm_envs.calibration.criticism import delivered
 from swarm_envs.calibration.drive import free_run
 from swarm_envs.calibration.filtering import HEADING, PLACE
 from swarm_envs.calibration.fitting import Model
@@ -24,6 +26,8 @@ from swarm_envs.worlds import WorldSpec
 
 GRID = 0.01
 """Step in s at which paths are tabulated."""
+TURNING_OVER = 0.1
+"""Time in s over which a measured turn rate is taken."""
 SURPRISE = 2e-3
 """Probability of a reading that nothing in the model allows."""
 MOST = 6000
@@ -97,7 +101,9 @@ class _Readings:
         self.runs: list[list[tuple[Track, _Path]]] = []
         for run in log.runs:
             tracks = [track for track in log.tracks if track.run == run and len(track.times) > 1 and track.robot in robots]
-            self.runs.append([(track, _path(track, model, robots.index(track.robot))) for track in tracks])
+            touching = may_touch(log, tracks)
+            paths = [_path(track, model, robots.index(track.robot), near) for track, near in zip(tracks, touching, strict=True)]
+            self.runs.append(list(zip(tracks, paths, strict=True)))
         self.stride = max(1, round(sum(len(track.detection_times) for tracks in self.runs for track, _ in tracks) / MOST))
         self.most = max([len(tracks) for tracks in self.runs], default=0)
         self.known: dict[int, Views] = {}
@@ -141,19 +147,32 @@ class _Readings:
         return Views(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in dataclasses.fields(Views)))
 
 
-def _path(track: Track, model: Model, robot: int) -> _Path:
+def _path(track: Track, model: Model, robot: int, touching: BoolArray) -> _Path:
     """Tabulate a path.
 
-    Poses are not smoothed: a controller turns where a reading changes, and a smoothed corner would feign a late sensor.
+    Poses are not smoothed: a controller turns where a reading changes, and a smoothed corner would feign a late sensor. A corner that
+    falls between two poses is where the model has it.
+
+    Args:
+        track: The track.
+        model: Its drive.
+        robot: Index of its robot.
+        touching: (T,) whether the robot may be in contact; it then turns as measured, not as the model has it.
     """
     times = track.times
-    grid = np.arange(times[0], times[-1], GRID)
+    # readings are taken at whole multiples of a hundredth of a second, if at any
+    grid = np.arange(np.ceil(times[0] / GRID - 1e-6) * GRID, times[-1], GRID)
     near = np.searchsorted(times, grid)
     gap = times[np.minimum(near, len(times) - 1)] - times[np.maximum(near - 1, 0)]
-    turned = free_run(model.parameters, dataclasses.replace(track, times=grid), model.gains[robot]).path[:, 2]
-    turning = np.abs(np.diff(turned, prepend=turned[0])) / GRID
+    gain, told = model.gains[robot], delivered(track, model, robot)
+    turned = free_run(model.parameters, dataclasses.replace(told, times=grid), gain).path[:, 2]
+    corners = turned - np.interp(grid, times, free_run(model.parameters, told, gain).path[:, 2])
     poses = np.column_stack([np.interp(grid, times, track.poses[:, k]) for k in range(3)])
-    return _Path(float(times[0]), np.column_stack([poses, turning]), gap < 0.3)
+    held = np.interp(grid, times, touching.astype(float)) > 0.0
+    before = np.interp(grid - TURNING_OVER, times, track.poses[:, 2])
+    turning = np.where(held, np.abs(poses[:, 2] - before) / TURNING_OVER, np.abs(np.diff(turned, prepend=turned[0])) / GRID)
+    poses[:, 2] += np.where(held | (gap > 2 * TURNING_OVER), 0.0, corners)
+    return _Path(float(grid[0]) if len(grid) else float(times[0]), np.column_stack([poses, turning]), gap < 0.3)
 
 
 def _at(path: _Path, times: FloatArray) -> tuple[FloatArray, BoolArray]:

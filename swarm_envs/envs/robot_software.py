@@ -1,4 +1,4 @@
-"""Who turns detections into commands: the agent's actions, or the robot's own firmware."""
+"""Who turns detections into commands: the agent's actions, a controller on board, or the robot's own firmware."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from swarm_envs.simulation import Simulation, check_controllers
+from swarm_envs.simulation.stepping import control
 from swarm_envs.worlds import WorldError
 
-ROBOT_SOFTWARE = ("actions", "firmware")
+ROBOT_SOFTWARE = ("actions", "controller", "firmware")
 ROBOT = "hero_plus"
 """The robot model that the firmware is written for."""
 
@@ -23,6 +24,31 @@ class RobotSoftware(Protocol):
 
     def commands(self, simulation: Simulation) -> npt.NDArray[np.float64]:
         """Return what the robots do in the next tick, (R, 2) in m/s and rad/s."""
+
+
+class Controller:
+    """The if-else controller of the paper on board, without the robot's electronics: what ``swarm_envs.rollouts`` rolls out.
+
+    Args:
+        simulation: The running world.
+        controller: (4,) or (R, 4) [v0, omega0, v1, omega1] in m/s and rad/s.
+
+    Raises:
+        WorldError: For a controller outside the world's limits.
+    """
+
+    def __init__(self, simulation: Simulation, controller: npt.ArrayLike) -> None:
+        self._numbers = check_controllers(simulation.world, np.asarray(controller, dtype=np.float64)[None])[0]
+        self._commands = np.empty((len(self._numbers), 2))
+
+    def reset(self) -> None:
+        """Remember nothing, as ever."""
+
+    def commands(self, simulation: Simulation) -> npt.NDArray[np.float64]:
+        """Look each robot's readings up."""
+        readings = simulation.detections[0].reshape(len(self._numbers), -1)
+        control(readings, self._numbers, self._commands)
+        return self._commands
 
 
 class Firmware:
@@ -75,18 +101,24 @@ class Firmware:
         return np.stack([forward, moved[:, 2]], axis=1) / self._tick
 
 
-def make_robot_software(simulation: Simulation, software: str, controller: npt.ArrayLike | None) -> RobotSoftware | None:
+def make_robot_software(simulation: Simulation, software: str | None, controller: npt.ArrayLike | None) -> RobotSoftware | None:
     """Return what drives the robots; None when the agent's actions do.
+
+    Args:
+        simulation: The running world.
+        software: One of :data:`ROBOT_SOFTWARE`; None takes ``controller`` where one is given, else ``actions``.
+        controller: The controller on board.
 
     Raises:
         WorldError: For unknown software, or a controller missing or given in vain.
     """
+    software = software or ("actions" if controller is None else "controller")
     if software not in ROBOT_SOFTWARE:
         raise WorldError(f"robot_software is {software!r}, expected one of {', '.join(ROBOT_SOFTWARE)}")
     if software == "actions":
         if controller is not None:
-            raise WorldError("controller is given, but robot_software is 'actions': add robot_software='firmware', or drive by actions")
+            raise WorldError("controller is given, but robot_software is 'actions': leave robot_software out, or drive by actions")
         return None
     if controller is None:
-        raise WorldError("robot_software is 'firmware', which needs controller=[v0, omega0, v1, omega1] in m/s and rad/s")
-    return Firmware(simulation, controller)
+        raise WorldError(f"robot_software is {software!r}, which needs controller=[v0, omega0, v1, omega1] in m/s and rad/s")
+    return Firmware(simulation, controller) if software == "firmware" else Controller(simulation, controller)

@@ -30,8 +30,9 @@ class Stage:
         engine: ``chipmunk`` or ``disc``.
         render_mode: ``rgb_array`` or None.
         task: What the swarm is rewarded for: a task, its name, or None.
-        robot_software: ``actions`` when the agent commands the robots, ``firmware`` when they run their own code.
-        controller: (4,) or (R, 4) the firmware's [v0, omega0, v1, omega1] in m/s and rad/s.
+        robot_software: ``actions`` when the agent commands the robots, ``controller`` when they carry one, ``firmware`` when they run
+            their own code; None: ``controller`` where one is given, else ``actions``.
+        controller: (4,) or (R, 4) [v0, omega0, v1, omega1] in m/s and rad/s of robots that drive themselves.
 
     Raises:
         ValueError: For an unknown world, engine, render mode, task or software; one line.
@@ -44,7 +45,7 @@ class Stage:
         engine: str,
         render_mode: str | None,
         task: str | Task | None = None,
-        robot_software: str = "actions",
+        robot_software: str | None = None,
         controller: npt.ArrayLike | None = None,
     ) -> None:
         self.world = load_world(world, num_robots=num_robots)

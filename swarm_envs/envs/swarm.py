@@ -57,14 +57,16 @@ class SwarmEnv(gym.Env[Observation, Any]):
     ## Arguments
     ```python
     gym.make("HeRo/Swarm-v0", world="hero_plus", num_robots=None, engine="chipmunk", render_mode=None, task=None,
-             robot_software="actions", controller=None)
+             robot_software=None, controller=None)
     ```
     `world`: a name, the path of a YAML file, or a `WorldSpec`. `num_robots`: another number of robots than the world's. `engine`:
     `chipmunk` or `disc`. `render_mode`: `rgb_array` (513 x 426 pixels for `hero_plus`) or None. `task`: a name, or a function that takes
     the `WorldSpec` and returns a reward function, which takes the poses before and after a tick, each (worlds, num_robots, 3), and returns
     (worlds,) rewards.
-    `robot_software="firmware", controller=[v0, omega0, v1, omega1]`: every robot runs its own C code with that controller on board,
-    through a simulated servo, encoder and range sensor; the action space is then `Discrete(1)`, one tick passes at each step.
+    `controller=[v0, omega0, v1, omega1]`: every robot drives itself by that controller, as in `swarm_envs.rollouts`; the action space is
+    then `Discrete(1)`, one tick passes at each step. With `robot_software="firmware"` beside it every robot runs its own C code with the
+    controller on board, through a simulated servo, encoder and range sensor. `swarm_envs.policies.ControllerPolicy` turns observations
+    into the same commands where they are to pass through `step`.
 
     ## Version History
     - v0: first release.
@@ -82,7 +84,7 @@ class SwarmEnv(gym.Env[Observation, Any]):
         engine: str = "chipmunk",
         render_mode: str | None = None,
         task: str | Task | None = None,
-        robot_software: str = "actions",
+        robot_software: str | None = None,
         controller: npt.ArrayLike | None = None,
     ) -> None:
         self._stage = Stage(world, num_robots, engine, render_mode, task, robot_software, controller)

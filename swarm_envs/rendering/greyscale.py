@@ -105,12 +105,12 @@ def videos(trajectories: _Trajectories, frames: int = 3, size: int = 64, *, thre
         _draw(poses[part], shown, stage.stamps, stage.models, stage.frame, still, out[part])
 
     starts = range(0, len(poses), CHUNK)
-    with ThreadPoolExecutor(threads or _cores()) as pool:
+    with ThreadPoolExecutor(threads or cores()) as pool:
         list(pool.map(draw, starts))
     return out
 
 
-def _cores() -> int:
+def cores() -> int:
     """Cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 

@@ -23,7 +23,7 @@ from tests.calibration.hidden.tracker import Noise, observe
 from tests.calibration.hidden.unlisted import UNLISTED, Extra
 from tests.calibration.hidden.wheels import Effects
 
-__all__ = ["EFFECTS", "UNLISTED", "EffectRange", "draw", "generate_log", "robot_gains"]
+__all__ = ["EFFECTS", "UNLISTED", "EffectRange", "draw", "drawn_extra", "generate_log", "robot_gains"]
 
 Array = NDArray[np.float64]
 
@@ -75,11 +75,8 @@ def generate_log(
     Returns:
         The folder.
     """
-    random = np.random.default_rng([seed, 3])
-    number = int(random.integers(5, 21)) if runs is None else runs
-    drawn = np.exp(random.uniform(np.log([5e-5, 3e-4]), np.log([2e-3, 1e-2])))
+    random, number, drawn, chance = _begin(seed, runs)
     noise = Noise(drawn[0] if position_noise is None else position_noise, drawn[1] if heading_noise is None else heading_noise)
-    chance = ["drives", "swarm", "pushes"][random.integers(3)]
     if procedures is None:
         shown = {EFFECTS[name].procedure for name in effects}
         procedures = sorted(shown) if shown else ["drives" if extra is not None else chance]
@@ -97,6 +94,19 @@ def generate_log(
             scene, places = pushes(random, count, factors[:PUSHERS]), _grid("push", count, PUSHERS)
         _write_down(simulate(scene, effects, random, hidden), places, effects, noise, random, rows)
     return _save(folder, rows, arena=any(procedure != "drives" for procedure in procedures))
+
+
+def drawn_extra(name: str, seed: int, runs: int | None = None) -> Extra:
+    """Return the effect of `UNLISTED` that `generate_log` hides with a name, a seed and a number of runs."""
+    return UNLISTED[name](_begin(seed, runs)[0])
+
+
+def _begin(seed: int, runs: int | None) -> tuple[np.random.Generator, int, Array, str]:
+    """The source of all draws, and the first of them: the number of runs unless given, noise in m and rad, a procedure."""
+    random = np.random.default_rng([seed, 3])
+    number = int(random.integers(5, 21)) if runs is None else runs
+    noise = np.exp(random.uniform(np.log([5e-5, 3e-4]), np.log([2e-3, 1e-2])))
+    return random, number, noise, ["drives", "swarm", "pushes"][random.integers(3)]
 
 
 def _grid(kind: str, runs: int, robots: int) -> list[tuple[str, str, int, int]]:

@@ -23,8 +23,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.calibration.generator import EFFECTS, UNLISTED, draw, generate_log
-from tests.calibration.tally import report, table
+from tests.calibration.generator import EFFECTS, UNLISTED, draw, drawn_extra, generate_log
+from tests.calibration.tally import DEPENDS_ON, report, table
 
 INSEPARABLE = [{"dead_time", "clock_offset"}]
 """Pairs that are never hidden together: no drive could tell their sizes apart."""
@@ -68,7 +68,10 @@ class Outcome:
         groups: Effects that the calibration calls indistinguishable.
         unexplained: What a remainder depends on, if there is one.
         channel: Which channel it is in.
-        cut: Share of the held-out error that the correction takes away at each horizon, of place or heading, whichever is more.
+        cut: Share of the held-out error of the listed effects that the correction takes away at each horizon, of the heading where
+            the turn rate is wrong, else of the place.
+        cut_world: The same of the world's error, which has no effects.
+        sides: Numbers of runs that drive where an effect of place does not act, and where it does.
         seconds: Time that the calibration took, s.
         error: Its traceback, if it failed.
     """
@@ -82,6 +85,8 @@ class Outcome:
     unexplained: str | None = None
     channel: str | None = None
     cut: list[float] = field(default_factory=list)
+    cut_world: list[float] = field(default_factory=list)
+    sides: list[int] = field(default_factory=list)
     seconds: float = 0.0
     error: str | None = None
 
@@ -106,6 +111,7 @@ def perform(task: Task) -> Outcome:
     from swarm_envs.calibration.sensing import identify_sensor
     from swarm_envs.calibration.unlisted import find_unlisted
     from swarm_envs.worlds import load_world
+    from tests.calibration.sides import runs_on_either_side
 
     outcome = Outcome(task.key, task.kind, draw(names_of(task), task.seed))
     random = np.random.default_rng([task.seed, 5])
@@ -119,6 +125,8 @@ def perform(task: Task) -> Outcome:
         began = time.perf_counter()
         try:
             measured, world = read_log(log), load_world("hero_plus")
+            if outcome.extra is not None and DEPENDS_ON[outcome.extra] == "place":
+                outcome.sides = list(runs_on_either_side(measured, drawn_extra(outcome.extra, task.seed)))
             found = identify(measured, world)
             rest = find_unlisted(measured, found)
             seen = identify_sensor(measured, world, found)
@@ -135,8 +143,10 @@ def perform(task: Task) -> Outcome:
             if rest is not None:
                 outcome.unexplained = rest.discrepancy.depends_on
                 outcome.channel = rest.discrepancy.channel
-                errors = [(row.position_after / row.position_before, row.heading_after / row.heading_before) for row in rest.heldout]
-                outcome.cut = [1.0 - min(pair) for pair in errors]
+                metric = "heading" if rest.discrepancy.channel == "turn rate" else "position"
+                rows = [asdict(row) for row in rest.heldout]
+                outcome.cut = [1.0 - row[f"{metric}_after"] / row[f"{metric}_before"] for row in rows]
+                outcome.cut_world = [1.0 - row[f"{metric}_after"] / row[f"{metric}_world"] for row in rows]
         outcome.seconds = round(time.perf_counter() - began, 2)
     return outcome
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
-from tests.calibration.generator import EFFECTS
+from swarm_envs.calibration import read_log
+from tests.calibration.generator import EFFECTS, drawn_extra, generate_log
+from tests.calibration.sides import runs_on_either_side
 from tests.calibration.study import Outcome, Task, names_of, read_outcomes
-from tests.calibration.tally import covered, found, report, table, wilson
+from tests.calibration.tally import as_demanded, covered, found, report, table, wilson
 
 RIGHT = Outcome("a", "singles", {"turn_bias": {"bias": 0.5}}, named={"turn_bias": {"bias": (0.49, 0.45, 0.53)}})
 OFF = Outcome("b", "singles", {"turn_bias": {"bias": 0.5}}, named={"turn_bias": {"bias": (0.4, 0.35, 0.45)}, "motor_lag": {}})
@@ -37,6 +40,28 @@ def test_an_inseparable_twin_counts_as_found_when_the_calibration_says_so():
     assert covered(TWIN, "clock_offset")
     silent = Outcome("e", "singles", TWIN.hidden, named=TWIN.named)
     assert not found(silent, "clock_offset")
+
+
+def test_an_unlisted_effect_counts_when_its_dependence_is_right_and_its_error_is_halved_at_every_horizon():
+    def outcome(depends_on: str, cut: list[float], cut_world: list[float]) -> Outcome:
+        found = Outcome("f", "unlisted", {}, extra="slippery_patch", unexplained=depends_on, channel="forward speed")
+        found.cut, found.cut_world = cut, cut_world
+        return found
+
+    half = [0.5, 0.6, 0.7]
+    assert as_demanded(outcome("place", half, half))
+    assert not as_demanded(outcome("place", [0.4, 0.6, 0.7], half))
+    assert not as_demanded(outcome("place", half, [0.6, 0.4, 0.7]))
+    assert not as_demanded(outcome("robot", half, half))
+
+
+def test_runs_are_counted_on_and_beside_a_patch(tmp_path):
+    log = read_log(generate_log({}, tmp_path / "log", seed=73030041, extra="slippery_patch"))
+    patch = drawn_extra("slippery_patch", 73030041)
+    inside, _ = patch(np.ones(1), np.zeros(1), np.zeros(1), np.zeros(1), np.zeros(1))
+    assert inside[0] < 1
+    # of ten runs one leaves the patch
+    assert runs_on_either_side(log, patch) == (1, 10)
 
 
 def test_the_report_counts_each_kind():

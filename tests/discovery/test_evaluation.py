@@ -13,9 +13,13 @@ import pytest
 from discovery.command import Opened, run
 from discovery.evaluation.command import main
 from discovery.evaluation.frequency import Found
-from discovery.evaluation.groups import mean_and_error
+from discovery.evaluation.groups import group, mean_and_error
 from discovery.evaluation.probes import probe
 from discovery.evaluation.triplets import confusion
+from discovery.held_out import draw_held_out, shares
+from discovery.simulate import Simulator
+from swarm_envs.behaviours import label
+from swarm_envs.worlds import load_world
 from tests.discovery.tiny_run import tiny
 
 CLASSES = ["a", "b", "c"]
@@ -47,6 +51,41 @@ def test_a_representation_that_tells_nothing_is_half_right_and_a_perfect_one_is_
     np.testing.assert_allclose(confusion(np.eye(3)[np.repeat(np.arange(3), 12)], labels, CLASSES), np.eye(3))
     many = clouds(0.0, 60)
     np.testing.assert_allclose(np.diag(confusion(*many, CLASSES)), 0.5, atol=0.05)
+
+
+def test_the_distance_is_that_which_the_search_went_by() -> None:
+    points = np.array([[1.0, 0.0], [9.0, 0.1], [0.0, 2.0], [0.1, 9.0]])
+    labels = np.array(["a", "a", "b", "b"])
+    np.testing.assert_allclose(np.diag(confusion(points, labels, ["a", "b"], "cosine")), 1.0)
+    assert confusion(points, labels, ["a", "b"])[0, 0] < 1.0
+
+
+def test_test_sets_hold_what_is_wanted_of_each_class_and_more_of_some_where_others_are_rare() -> None:
+    assert shares(dict.fromkeys("abcde", 250), 100) == dict.fromkeys("abcde", 100)
+    assert shares(dict.fromkeys("abcdef", 250), 100) == dict.fromkeys("abcdef", 100)
+    four = shares({"a": 250, "b": 250, "c": 250, "d": 250, "rare": 21}, 100)
+    assert (sum(four.values()), four["rare"], max(four.values()), min(four[name] for name in "abcd")) == (500, 21, 120, 119)
+    assert shares({"a": 250, "b": 110}, 100) == {"a": 250, "b": 110}, "all that there are"
+
+
+def test_a_test_set_is_as_large_as_asked_and_its_rollouts_have_their_labels() -> None:
+    test = draw_held_out(Simulator(load_world("hero_plus"), "disc", 200, 1), 10, 250, 0)
+    assert len(test.labels) == 50
+    assert [name for part in test.parts for name in label(part)] == test.labels.tolist()
+
+
+def test_runs_that_differ_in_more_than_the_seed_are_told_apart() -> None:
+    class Given:
+        def __init__(self, *words: str) -> None:
+            self.settings = tiny(*words)
+
+    runs = [Given("seed=0"), Given("seed=1", "folder=here", "name=x"), Given("seed=0", "search.crossover=0.5")]
+    groups = group(runs[:2], lambda run: "same")  # type: ignore[arg-type]
+    assert {name: len(members) for name, members in groups.items()} == {"same": 2}
+    groups = group(runs, lambda run: "same")  # type: ignore[arg-type]
+    assert {name: len(members) for name, members in groups.items()} == {
+        "same; search.crossover=0.7": 2, "same; search.crossover=0.5": 1,
+    }  # fmt: skip
 
 
 def test_a_class_of_one_is_refused() -> None:
@@ -107,6 +146,13 @@ def test_the_command_counts_behaviours_among_medoids_and_by_simpler_ways(runs: l
         assert all(sum(counts.values()) == 10 for counts in medoids)
     row = next(row for row in found["rows"] if row["way"] == "hand-crafted" and row["behaviour"] == "random")
     assert row["mean"] == np.mean([counts.get("random", 0) for counts in found["medoids"]["hand-crafted"]])
+    assert row["paper_mean"] == 5.0
+    medoids = found["medoids"]["hand-crafted"]
+    assert found["ways"]["hand-crafted"]["unique_each_run"] == [len(set(counts) - {"random"}) for counts in medoids]
+    assert "hand-crafted" in found["fewer_runs_than_wanted"], "two are given, five are wanted"
+    rows = list(csv.DictReader((tmp_path / "behaviours.csv").open()))
+    assert {row["labels given by"] for row in rows} == {"rules"}
+    assert next(row for row in rows if row["way"] == "random ResNet18")["paper's mean"] == "nan"
 
 
 def test_runs_of_different_worlds_are_not_compared(runs: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -10,7 +10,7 @@ import pytest
 from discovery.archive import read_parquet, to_parquet
 from discovery.atomic import write_atomically
 from discovery.errors import DiscoveryError
-from discovery.run_folder import ARCHIVE, make_folder, open_folder
+from discovery.run_folder import ARCHIVE, CONFIG, RunFolder, make_folder, open_folder
 from discovery.tensor_file import DamagedFileError, read_tensor_file, write_tensor_file
 from tests.discovery.tiny_run import tiny
 
@@ -79,10 +79,29 @@ def test_two_processes_never_write_one_folder(tmp_path: Path) -> None:
         pass  # released
 
 
+def test_of_two_processes_that_make_one_folder_the_second_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "run"
+    path.mkdir()
+    other = RunFolder(path, tiny())
+    with other, pytest.raises(DiscoveryError, match="is writing this run folder"):  # it has made the folder, and writes its config next
+        make_folder(tiny(f"folder={path}", "seed=7"))
+    assert not (path / CONFIG).exists()
+    make_folder(tiny(f"folder={path}", "seed=7"))
+    with pytest.raises(DiscoveryError, match="holds an unfinished run"):
+        make_folder(tiny(f"folder={path}"))
+
+
+def test_a_folder_that_was_killed_before_its_config_is_taken(tmp_path: Path) -> None:
+    (tmp_path / ".lock").touch()
+    (tmp_path / f".{CONFIG}.partial").write_text("na")
+    assert make_folder(tiny(f"folder={tmp_path}")).path == tmp_path
+
+
 def test_a_folder_that_holds_something_else_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / "thesis.tex").write_text("all of it")
     with pytest.raises(DiscoveryError, match="not a run folder"):
         make_folder(tiny(f"folder={tmp_path}"))
+    assert [item.name for item in tmp_path.iterdir()] == ["thesis.tex"]
 
 
 def test_new_folders_of_the_same_second_get_different_names(tmp_path: Path) -> None:

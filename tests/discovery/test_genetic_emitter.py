@@ -3,14 +3,16 @@
 import numpy as np
 import numpy.typing as npt
 import pytest
-from ribs.archives import ProximityArchive
 from ribs.schedulers import Scheduler
 
+from discovery.gene_box import GeneBox
 from discovery.genetic_emitter import GeneticEmitter, cross, mutate, reflect, tournament
+from discovery.proximity import EverythingArchive
 from discovery.settings import SearchSettings
 from tests.discovery.tiny_run import tiny
 
 LIMITS = np.array([0.09, 1.6, 0.09, 1.6])
+BOX = GeneBox(LIMITS, np.zeros(4))
 Array = npt.NDArray[np.float64]
 
 
@@ -20,9 +22,9 @@ def search_settings(*overrides: str) -> SearchSettings:
 
 def make_search(
     settings: SearchSettings, include: Array | None = None, seed: int = 0
-) -> tuple[ProximityArchive, GeneticEmitter, Scheduler]:
-    archive = ProximityArchive(solution_dim=4, measure_dim=2, k_neighbors=settings.neighbours, novelty_threshold=0.0)
-    emitter = GeneticEmitter(archive, LIMITS, settings, seed, np.empty((0, 4)) if include is None else include)
+) -> tuple[EverythingArchive, GeneticEmitter, Scheduler]:
+    archive = EverythingArchive(solution_dim=4, measure_dim=2, k_neighbors=settings.neighbours)
+    emitter = GeneticEmitter(archive, BOX, settings, seed, np.empty((0, 4)) if include is None else include)
     return archive, emitter, Scheduler(archive, [emitter])
 
 
@@ -49,7 +51,7 @@ def test_crossover_happens_at_its_rate_and_keeps_genes_in_place() -> None:
 
 def test_mutation_changes_genes_at_its_rate_by_its_step() -> None:
     population = np.zeros((40_000, 4))
-    changed = mutate(population, LIMITS, 0.15, 0.1, np.random.default_rng(4))
+    changed = mutate(population, BOX, 0.15, 0.1, np.random.default_rng(4))
     assert np.mean(changed != 0) == pytest.approx(0.15, abs=0.005)
     for gene, limit in enumerate(LIMITS):
         assert changed[changed[:, gene] != 0, gene].std() == pytest.approx(0.1 * limit, rel=0.03)
@@ -57,9 +59,18 @@ def test_mutation_changes_genes_at_its_rate_by_its_step() -> None:
 
 def test_mutation_never_leaves_the_limits_and_does_not_pile_up_there() -> None:
     population = np.tile(LIMITS, (20_000, 1))
-    changed = mutate(population, LIMITS, 1.0, 3.0, np.random.default_rng(5))
+    changed = mutate(population, BOX, 1.0, 3.0, np.random.default_rng(5))
     assert np.all(np.abs(changed) <= LIMITS)
     assert np.mean(np.abs(changed) == LIMITS) < 0.001
+
+
+def test_mutation_keeps_its_rate_where_slow_controllers_may_not_be_proposed() -> None:
+    box = GeneBox(LIMITS, np.array([0.05, 0.4, 0.05, 0.4]))
+    population = box.draw(10_000, np.random.default_rng(6))
+    changed = mutate(population, box, 0.15, 1.0, np.random.default_rng(7))
+    assert box.accepts(changed).all()
+    assert np.mean(changed != population) == pytest.approx(0.15, abs=0.005)
+    assert np.mean(np.sign(changed) != np.sign(population)) > 0.03, "a sign can change across what is cut out"
 
 
 def test_reflection_is_a_mirror_at_each_end() -> None:

@@ -3,26 +3,71 @@
 import itertools
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
+from discovery import novelty
 from discovery.medoids import cluster
-from discovery.novelty import novelty
+from discovery.novelty import Neighbours
 from tests.discovery.tiny_run import tiny
 
+Array = npt.NDArray[np.float32]
 
-def test_novelty_is_the_mean_distance_to_the_nearest_others() -> None:
-    archive = np.random.default_rng(0).normal(size=(60, 7))
-    archive[10] = archive[11]  # twins: each has a neighbour at distance zero
-    found = novelty(archive[5:25], archive, 15)
-    for place, row in enumerate(range(5, 25)):
-        others = sorted(float(np.sqrt(((archive[row] - archive[other]) ** 2).sum())) for other in range(60) if other != row)
-        assert found[place] == pytest.approx(sum(others[:15]) / 15, rel=1e-12)
+
+def normal(*shape: int, seed: int = 0) -> Array:
+    return np.random.default_rng(seed).normal(size=shape).astype(np.float32)
+
+
+def brute_force(archive: Array, row: int, distance: str) -> list[float]:
+    """Distances of a row to all others, the nearest first."""
+    found = []
+    for other in range(len(archive)):
+        a, b = archive[row].astype(float), archive[other].astype(float)
+        cosine = float(1 - a @ b / np.linalg.norm(a) / np.linalg.norm(b))
+        if other != row:
+            found.append(cosine if distance == "cosine" else float(np.sqrt(((a - b) ** 2).sum())))
+    return sorted(found)
+
+
+@pytest.mark.parametrize(("distance", "rounding"), [("euclidean", 1e-12), ("cosine", 1e-6)])
+def test_novelty_is_the_mean_distance_to_the_nearest_others(distance: str, rounding: float) -> None:
+    archive = normal(60, 7)
+    archive[50] = archive[11]  # twins: each has a neighbour at distance zero
+    near = Neighbours(7, distance)
+    for start in range(0, 60, 20):
+        near.add(archive[start : start + 20])
+    found = near.novelty(40, 15)
+    for place, row in enumerate(range(40, 60)):
+        assert found[place] == pytest.approx(np.mean(brute_force(archive, row, distance)[:15]), rel=rounding, abs=rounding)
+
+
+def test_novelty_sees_batch_mates_and_never_the_point_itself() -> None:
+    near = Neighbours(2)
+    near.add(np.array([[0.0, 0.0], [3.0, 4.0]]))
+    assert np.array_equal(near.novelty(0, 1), [5.0, 5.0])
+    near.add(np.zeros((20, 2)))  # more twins than places: the point itself may not even be among the nearest
+    assert np.array_equal(near.novelty(2, 5), np.zeros(20))
 
 
 def test_a_small_archive_averages_over_all_others() -> None:
-    archive = np.array([[0.0], [1.0], [5.0]])
-    assert np.allclose(novelty(archive, archive, 15), [3.0, 2.5, 4.5])
-    assert np.array_equal(novelty(archive[:1], archive[:1], 15), [0.0])
+    near = Neighbours(1, capacity=1)
+    near.add(np.array([[0.0]]))
+    assert np.array_equal(near.novelty(0, 15), [0.0])
+    near.add(np.array([[1.0], [5.0]]))
+    assert np.allclose(near.novelty(0, 15), [3.0, 2.5, 4.5])
+
+
+def test_neighbours_of_embeddings_far_from_the_origin_are_exact_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    """float32 products alone would lose these distances in the rounding of the squares."""
+    monkeypatch.setattr(novelty, "BLOCK", 5000)  # in several blocks
+    archive = 50 + normal(3000, 512, seed=3)
+    near = Neighbours(512)
+    near.add(archive)
+    distances, rows = near.nearest(archive[:20], 16)
+    for query in range(20):
+        exact = np.linalg.norm(archive.astype(float) - archive[query], axis=1)
+        assert np.array_equal(rows[query], np.argsort(exact, kind="stable")[:16])
+        assert np.allclose(distances[query], np.sort(exact)[:16], rtol=1e-12)
 
 
 def test_medoids_minimise_the_distance_to_their_clusters() -> None:

@@ -4,21 +4,28 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import shutil
 import signal
 from pathlib import Path
 
 import numpy as np
 import pytest
+import torch
 
 from discovery import atomic, load_run
 from discovery.command import Opened, Stopped, run
-from discovery.dataset import Dataset
+from discovery.dataset import Dataset, make_dataset
 from discovery.errors import DiscoveryError
+from discovery.filming import film
 from discovery.judgements import Judgements, fingerprint, read_judgements, simulate_annotator, write_judgements
-from discovery.representations import METHODS
+from discovery.representations import METHODS, fit
 from discovery.representations.judged import JUDGEMENTS, learn
-from discovery.run_folder import ARCHIVE, ENCODER, make_folder
-from discovery.settings import REPRESENTATIONS, Settings
+from discovery.representations.videos import WHITENING
+from discovery.run_folder import ARCHIVE, ENCODER, make_folder, open_folder
+from discovery.settings import REPRESENTATIONS, Settings, to_yaml
+from discovery.simulate import Simulator
+from swarm_envs.rendering import trails, videos
+from swarm_envs.worlds import load_world
 from tests.discovery.tiny_run import tiny
 
 SMALL = {
@@ -94,6 +101,92 @@ def test_triplet_learning_that_was_stopped_ends_with_the_same_bits(
     run(small("triplet", f"resume={path}"), given=False, opened=Opened())
     for name in (ARCHIVE, ENCODER):
         assert (path / name).read_bytes() == (runs["triplet"] / name).read_bytes()
+
+
+WHITENED = (
+    "representation.symmetries=4", "representation.whiten=pca", "representation.whiten_variance=0.9", "representation.normalise=true",
+    "dataset.trail=true", "dataset.frames=2",
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def whitened(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("representations") / "whitened"
+    run(small("random", f"folder={path}", *WHITENED), given=True, opened=Opened())
+    return path
+
+
+def test_a_run_with_every_option_is_read_back_with_the_embeddings_that_it_had(whitened: Path) -> None:
+    torch.set_num_threads(1)
+    found = load_run(whitened)
+    first = found.archive.generation == 0
+    rollouts = Simulator(load_world("hero_plus"), "chipmunk", 120, 1)(found.archive.controllers[first], int(found.archive.world_seed[0]))
+    assert found.representation.dimension == found.embeddings.shape[1] < 24, "fewer components than videos"
+    np.testing.assert_array_equal(found.representation.embed(rollouts), found.embeddings[first])
+    np.testing.assert_allclose(np.linalg.norm(found.embeddings, axis=1), 1.0, rtol=1e-5)
+    np.testing.assert_array_equal(film(rollouts, found.settings.dataset), np.maximum(videos(rollouts, 2), trails(rollouts, 2)))
+
+
+def test_a_run_that_was_stopped_before_its_whitening_was_saved_ends_with_the_same_bits(
+    whitened: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, replace = tmp_path / "stopped", atomic.os.replace
+
+    def stopping(source: Path, target: Path) -> None:
+        if Path(target).name == WHITENING:
+            raise Stopped(signal.SIGINT)
+        replace(source, target)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(atomic.os, "replace", stopping)
+        with pytest.raises(Stopped):
+            run(small("random", f"folder={path}", *WHITENED), given=True, opened=Opened())
+    assert (path / ENCODER).exists()
+    run(small("random", f"resume={path}", *WHITENED), given=False, opened=Opened())
+    for name in (ARCHIVE, ENCODER, WHITENING):
+        assert (path / name).read_bytes() == (whitened / name).read_bytes()
+
+
+def test_a_damaged_whitening_is_refused_and_computed_again_by_a_run_but_not_by_a_reader(
+    whitened: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "damaged"
+    shutil.copytree(whitened, path)
+    content = (path / WHITENING).read_bytes()
+    (path / WHITENING).write_bytes(content[:-1] + bytes([content[-1] ^ 1]))
+    with pytest.raises(DiscoveryError, match=r"whitening\.safetensors: its checksum does not match"):
+        _ = load_run(path).representation
+    folder = open_folder(path)
+    fit(folder, make_dataset(folder, Simulator(load_world("hero_plus"), "chipmunk", 120, 1)))
+    assert "its checksum does not match its content; making it again" in capsys.readouterr().err
+    assert (path / WHITENING).read_bytes() == content
+    (path / WHITENING).unlink()
+    with pytest.raises(DiscoveryError, match=r"whitening\.safetensors: there is none"):
+        _ = load_run(path).representation
+
+
+def test_settings_that_came_later_are_not_written_while_neutral_so_that_earlier_runs_keep_their_identity() -> None:
+    for name in ("simclr_quick", "triplet", "random"):
+        neutral = to_yaml(tiny(f"representation={name}", "dataset.videos=100", simclr=False))
+        for later in ("symmetries", "whiten", "trail"):
+            assert later not in neutral
+    config = to_yaml(small("random", *WHITENED))
+    for line in ("symmetries: 4", "whiten: pca", "whiten_variance: 0.9", "trail: true"):
+        assert line in config
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ("representation.symmetries=2", "given 2, expected 1 or 4 or 8"),
+        ("representation.whiten=zca", "given 'zca', expected none or standardise or pca"),
+        ("representation.whiten_variance=0", r"given 0\.0, expected a number from 0\.01 to 1"),
+        ("dataset.trail=maybe", "dataset.trail"),
+    ],
+)
+def test_options_that_there_are_not_are_refused_in_one_line(given: str, message: str) -> None:
+    with pytest.raises(DiscoveryError, match=message):
+        tiny(given)
 
 
 def test_triplet_learning_brings_together_what_is_judged_alike(tmp_path: Path) -> None:

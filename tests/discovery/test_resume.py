@@ -104,6 +104,49 @@ def test_a_tampered_encoder_is_refused(finished: Path, tmp_path: Path) -> None:
         open_folder(path).read_tensors(ENCODER)
 
 
+def test_a_tampered_encoder_of_an_unfinished_run_is_refused_and_made_again_from_the_last_checkpoint(
+    finished: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "stopped"
+    run_until("search/00001", path, monkeypatch)
+    (path / ENCODER).write_bytes((path / ENCODER).read_bytes()[:-1])
+    with monkeypatch.context() as patch:
+        patch.delattr("discovery.representations.simclr.step")  # no step is needed
+        resume(path)
+    assert f"refused {path / ENCODER}: not readable" in capsys.readouterr().err
+    assert_same_results(path, finished)
+    assert not list(path.glob("training/*")), "a finished run needs no checkpoints"
+
+
+@pytest.mark.parametrize("kind", ["novelty", "random", "cvt_random", "isoline"])
+def test_every_kind_of_search_resumes_to_the_same_bits(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    options = (
+        "search.min_speed=0.02",
+        "clustering.standardise=true",
+        "clustering.stable=2",
+        "search.generations=5",
+        "clustering.medoids=4",
+    )
+    cells = ("search.warmup=2", "search.cells=5") if kind in ("cvt_random", "isoline") else ("search.distance=cosine",)
+    words = ("representation=hand_crafted", "tracker=none", f"search={kind}", *options, *cells)
+    whole, path, replace = tmp_path / "whole", tmp_path / "stopped", os.replace
+    run(tiny(*words, f"folder={whole}", simclr=False), given=True, opened=Opened())
+
+    def stopping(source: Path, target: Path) -> None:
+        if "search/00003" in str(target):
+            raise Stopped(signal.SIGINT)
+        replace(source, target)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(atomic.os, "replace", stopping)
+        with pytest.raises(Stopped):
+            run(tiny(*words, f"folder={path}", simclr=False), given=True, opened=Opened())
+    assert (path / "search" / "00002.safetensors").exists()
+    run(tiny(f"resume={path}"), given=False, opened=Opened())
+    for name in (ARCHIVE, METRICS):
+        assert (path / name).read_bytes() == (whole / name).read_bytes()
+
+
 def test_ctrl_c_ends_the_command_calmly_and_the_run_resumes(finished: Path, tmp_path: Path) -> None:
     path = tmp_path / "stopped"
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(CONFIGS.parent), os.environ.get("PYTHONPATH", "")])}

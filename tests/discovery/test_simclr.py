@@ -6,6 +6,7 @@ import pytest
 import torch
 from lightly.loss import NTXentLoss
 from torch import nn
+from torchvision.models import resnet18
 
 from discovery.representations.augment import augment, draw_views
 from discovery.representations.compute import Compute
@@ -79,6 +80,15 @@ def test_a_normalised_embedding_has_length_one_and_the_same_direction() -> None:
     network = make_network(3, 0)
     plain, unit = Encoder(network, CPU)(videos), Encoder(network, CPU, normalise=True)(videos)
     assert np.allclose(unit, plain / np.linalg.norm(plain, axis=1, keepdims=True), atol=1e-6)
+
+
+@pytest.mark.parametrize("frames", [1, 6])
+def test_a_network_of_another_number_of_frames_sees_a_still_grey_video_as_the_one_of_three_does(frames: int) -> None:
+    start = resnet18(weights=None).state_dict()
+    three, others = make_network(3, 0, start).eval(), make_network(frames, 1, start).eval()
+    still = torch.rand(2, 1, 64, 64, generator=torch.Generator().manual_seed(0))
+    with torch.inference_mode():
+        torch.testing.assert_close(others(still.expand(2, frames, 64, 64)), three(still.expand(2, 3, 64, 64)), rtol=1e-3, atol=1e-4)
 
 
 def test_weights_depend_on_the_seed_alone() -> None:

@@ -58,8 +58,8 @@ def test_the_same_seed_gives_the_same_bits_and_robots_drive_at_their_controllers
     ("arguments", "complaint"),
     [
         ({"robot_software": "firmware"}, "needs controller="),
-        ({"controller": CONTROLLER}, "controller is given, but robot_software is 'actions'"),
-        ({"robot_software": "ros"}, "robot_software is 'ros', expected one of actions, firmware"),
+        ({"controller": CONTROLLER, "robot_software": "actions"}, "controller is given, but robot_software is 'actions'"),
+        ({"robot_software": "ros"}, "robot_software is 'ros', expected one of actions, controller, firmware"),
         ({"robot_software": "firmware", "controller": [0.5, 0, 0, 0]}, "v of 0.5 m/s is outside the limits"),
     ],
 )

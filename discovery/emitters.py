@@ -1,0 +1,118 @@
+"""Who proposes controllers: pyribs emitters, one for each ``search.method``.
+
+A new one is any emitter of pyribs or a subclass of its ``EmitterBase``, a function here that makes it, a line in :data:`EMITTERS` and a
+file in ``configs/search``. Its ``ask`` returns (population, 4) controllers; its ``tell`` gets their embeddings as ``measures``, what the
+archive says as ``add_info``, and labels and metrics as fields. Whatever it draws must follow from the seed and from what it was told: a
+stopped search resumes by telling it everything again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from ribs.archives import ArchiveBase
+from ribs.emitters import EmitterBase, IsoLineEmitter
+
+from discovery.controllers import FloatArray
+from discovery.errors import DiscoveryError
+from discovery.gene_box import GeneBox
+from discovery.genetic_emitter import GeneticEmitter
+from discovery.randomness import generator, whole_seed
+from discovery.settings import SearchSettings
+
+TRIES = 1000
+"""How often an emitter is asked again for controllers that may be proposed."""
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What an emitter is made from."""
+
+    archive: ArchiveBase
+    """Where parents come from."""
+    box: GeneBox
+    """What may be proposed."""
+    settings: SearchSettings
+    seed: int
+    """The run's."""
+    include: FloatArray
+    """(n, 4) controllers that its first population begins with."""
+    begin: int = 0
+    """Generation that it begins with."""
+
+
+class RandomEmitter(EmitterBase):
+    """Proposes controllers drawn uniformly, each population from (seed, generation)."""
+
+    def __init__(self, wish: Wish) -> None:
+        super().__init__(wish.archive, solution_dim=4, bounds=None, lower_bounds=-wish.box.limits, upper_bounds=wish.box.limits)
+        self._wish = wish
+        self.generation = wish.begin
+        """The generation that :meth:`ask` makes next."""
+
+    def ask(self) -> FloatArray:
+        """Return (population, 4) controllers."""
+        size = self._wish.settings.population
+        drawn = self._wish.box.draw(size, generator(self._wish.seed, "search", self.generation))
+        return np.concatenate([self._wish.include, drawn])[:size] if self.generation == 0 else drawn
+
+    def tell(self, solution: npt.ArrayLike, objective: Any, measures: npt.ArrayLike, add_info: Any, **fields: Any) -> None:
+        """Go to the next generation; what became of this one changes nothing."""
+        self.generation += 1
+
+
+class ChoosyEmitter(EmitterBase):
+    """Asks another emitter until it has a population of controllers that may be proposed; the others are never evaluated."""
+
+    def __init__(self, emitter: EmitterBase, box: GeneBox, population: int) -> None:
+        super().__init__(emitter.archive, solution_dim=4, bounds=None, lower_bounds=-box.limits, upper_bounds=box.limits)
+        self._emitter, self._box, self._population = emitter, box, population
+
+    def ask(self) -> FloatArray:
+        """Return (population, 4) controllers.
+
+        Raises:
+            DiscoveryError: When the other emitter hardly ever proposes what may be proposed.
+        """
+        kept: list[FloatArray] = []
+        for _ in range(TRIES):
+            asked = self._emitter.ask()
+            kept.append(asked[self._box.accepts(asked)])
+            if sum(map(len, kept)) >= self._population:
+                return np.concatenate(kept)[: self._population]
+        raise DiscoveryError("search.min_speed, search.min_turn_rate: hardly any proposed controller has them; ask for less")
+
+    def tell(self, *given: Any, **fields: Any) -> None:
+        """Pass on what became of the population."""
+        self._emitter.tell(*given, **fields)
+
+
+def _genetic(wish: Wish) -> EmitterBase:
+    return GeneticEmitter(wish.archive, wish.box, wish.settings, wish.seed, wish.include)
+
+
+def _isoline(wish: Wish) -> EmitterBase:
+    return IsoLineEmitter(
+        wish.archive,
+        iso_sigma=wish.settings.iso_sigma * wish.box.limits,  # type: ignore[arg-type]  # a number for each gene broadcasts
+        line_sigma=wish.settings.line_sigma,
+        x0=np.zeros(4),  # never used: the warm-up fills the archive
+        lower_bounds=-wish.box.limits,
+        upper_bounds=wish.box.limits,
+        batch_size=wish.settings.population,
+        seed=whole_seed(wish.seed, "emitter"),
+    )
+
+
+EMITTERS: dict[str, Callable[[Wish], EmitterBase]] = {"novelty": _genetic, "random": RandomEmitter, "isoline": _isoline}
+"""How the emitter of each ``search.method`` is made."""
+
+
+def make_emitter(method: str, wish: Wish) -> EmitterBase:
+    """Return the emitter of a method."""
+    emitter = EMITTERS[method](wish)
+    return ChoosyEmitter(emitter, wish.box, wish.settings.population) if wish.box.least.any() else emitter

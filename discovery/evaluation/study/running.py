@@ -1,0 +1,82 @@
+"""Runs of a study, one after the other, each an ordinary discovery run in a process of its own."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from discovery.command import CONFIGS
+from discovery.errors import DiscoveryError
+from discovery.evaluation.study.hand_over import hand_over
+from discovery.evaluation.study.plan import Planned
+from discovery.run_folder import CONFIG, make_folder, open_folder, read_manifest
+
+Runner = Callable[[Planned], None]
+"""Finishes a run whose folder is there."""
+
+
+def finished(path: Path) -> bool:
+    """Say whether a folder holds a finished run."""
+    manifest = read_manifest(path) if path.is_dir() else None
+    return manifest is not None and manifest["status"] == "finished"
+
+
+def run_all(planned: Sequence[Planned], givers: Sequence[Planned], run_one: Runner) -> list[str]:
+    """Finish every run that is not; go on with the next when one fails.
+
+    Args:
+        planned: What to run, in this order.
+        givers: Runs that may hand stages over.
+        run_one: Finishes one.
+
+    Returns:
+        One line for each run that failed.
+    """
+    left = [each for each in planned if not finished(each.path)]
+    print(f"runs       {len(planned)} planned, {len(planned) - len(left)} finished already", flush=True)
+    failed, began = [], time.monotonic()
+    for number, each in enumerate(left):
+        name = f"{each.entry.kind}, {each.entry.name}, seed {each.seed}"
+        try:
+            given = _prepare(each, givers)
+            told = f"; {' and '.join(given)} taken from another run" if given else ""
+            print(f"\n[{number + 1}/{len(left)}] {name}{told}", flush=True)
+            run_one(each)
+        except DiscoveryError as error:
+            failed.append(f"{name}: {error}")
+            print(f"failed     {failed[-1]}", flush=True)
+        passed = time.monotonic() - began
+        print(f"passed     {_time(passed)}, about {_time(passed / (number + 1) * (len(left) - number - 1))} left", flush=True)
+    return failed
+
+
+def run_apart(each: Planned) -> None:
+    """Finish a run as the command line would, in a process of its own.
+
+    Raises:
+        DiscoveryError: When it fails; its own words stand above.
+    """
+    root = str(CONFIGS.parent)
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([root, os.environ.get("PYTHONPATH", "")])}
+    command = [sys.executable, "-m", "discovery", *each.words, f"resume={each.path}"]
+    status = subprocess.run(command, env=environment, check=False).returncode
+    if status in (130, 143, -2, -15):
+        raise KeyboardInterrupt
+    if status:
+        raise DiscoveryError(f"ended with status {status}; see what it said above, and run it alone with {' '.join(command[1:])}")
+
+
+def _prepare(each: Planned, givers: Sequence[Planned]) -> dict[str, str]:
+    """Make or open a run's folder and hand over what others have made."""
+    folder = open_folder(each.path, each.settings) if (each.path / CONFIG).exists() else make_folder(each.settings)
+    with folder:
+        return hand_over(folder, givers)
+
+
+def _time(seconds: float) -> str:
+    minutes = round(seconds / 60)
+    return f"{minutes} min" if minutes < 100 else f"{minutes / 60:.1f} h"

@@ -1,0 +1,18 @@
+"""From rollouts to the videos that a run's dataset settings ask for."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from discovery.settings import DatasetSettings
+from swarm_envs.rendering import trails, videos
+from swarm_envs.simulation import Trajectories
+
+
+def film(trajectories: Trajectories, settings: DatasetSettings) -> npt.NDArray[np.uint8]:
+    """Draw W rollouts: (W, frames, size, size) greyscale, over the robots' trails when the settings ask for them."""
+    filmed = videos(trajectories, frames=settings.frames, size=settings.size)
+    if settings.trail:
+        np.maximum(filmed, trails(trajectories, frames=settings.frames, size=settings.size), out=filmed)
+    return filmed
