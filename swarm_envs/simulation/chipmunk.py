@@ -4,9 +4,9 @@
 velocity before the step would move it unsolved. Here the bodies' position function does nothing; a substep is: write the wishes, step
 (find contacts, solve), then move every body with the solved velocity. The solver has the last word and a command acts without delay.
 
-A tick has as many substeps as its contacts need: none where nothing is near, few for walls, whose normals stay, and for robots that
-press without moving past each other. What contact did in the substep before tells when robots that are held up will touch others,
-and how far contact turns a heading until the substep's middle, which makes turning contacts accurate to second order.
+A tick has as many substeps as its contacts need: none where nothing is near, few for walls, whose normals stay. What contact did in the
+substep before tells when robots that are held up will touch others, and where they will be and head in the substep's middle: there the
+solver finds contacts and wishes, which makes sliding and turning accurate to second order.
 """
 
 from __future__ import annotations
@@ -45,12 +45,14 @@ from swarm_envs.simulation.touching import (
     HELD_X,
     HELD_Y,
     LARGE,
-    TOUCH,
+    REACH_OUT,
+    SET_SPEED,
     TURNED,
     WISH_X,
     WISH_Y,
     beyond_end,
     pair_within,
+    still_touch,
     time_to_touch,
     wall_within,
 )
@@ -63,13 +65,10 @@ SLOP = 2e-4
 """Overlap in m that Chipmunk leaves alone; its default is 0.1 in the space's unit of length, which would be 10 cm."""
 HALVED = 1.0 / 60.0
 """Seconds in which half of an overlap is gone."""
-CLOSING = 0.0036
+CLOSING = 0.006
 """Two robots near each other may change their distance by at most this many metres in a substep; see :func:`substeps_now`."""
-SLIDING = 0.0014
-"""As :data:`CLOSING`, for two robots that slide round each other: a substep takes its normal where it begins, and from a start nearly
-head-on the error grows as the angle does."""
-STEADY = 0.002
-"""Two robots that touch and move past each other at fewer m/s than this hold each other up rather than slide."""
+STEADY = 1e-3
+"""A robot that sets out at a speed or turn rate within this many m/s or rad/s of the tick before still does the same."""
 WALL_SUBSTEPS = 2
 """Least substeps of a tick in which a robot may touch a wall: its heading turns."""
 LATTICE = 100
@@ -90,9 +89,9 @@ class SpaceArrays(NamedTuple):
     get_values: FloatArray
     """(W, 6 (N + 2)) position, angle, velocity and spin of each body; the static body comes last, and pymunk grows a full batch."""
     set_values: FloatArray
-    """(W, 3 (N + 2)) velocity and spin to be set; the static body comes last and gets zeros."""
+    """(W, 5 (N + 2)) position, velocity and spin to be set; the static body comes last and gets zeros."""
     motion: FloatArray
-    """(W, R, 6) how each robot would move and how contact made it move in the substep before; columns in :mod:`touching`."""
+    """(W, R, 8) how each robot would move and how contact made it move in the substep before; columns in :mod:`touching`."""
     substeps: int
     """Substeps of a tick where nobody looks how fast robots approach: among objects, in a large swarm, of drives with effects."""
 
@@ -123,8 +122,8 @@ class Spaces:
             handles=np.zeros((num_worlds, BODIES + bodies), np.int64),
             counters=self._counts.reshape(num_worlds, 8),
             get_values=np.zeros((num_worlds, 6 * (bodies + 2))),
-            set_values=np.zeros((num_worlds, 3 * (bodies + 2))),
-            motion=np.zeros((num_worlds, world.num_robots, 6)),
+            set_values=np.zeros((num_worlds, 5 * (bodies + 2))),
+            motion=np.zeros((num_worlds, world.num_robots, 8)),
             substeps=substeps_for(world),
         )
         self.arrays.handles[:, :SPACE] = function_addresses()
@@ -149,7 +148,7 @@ class Spaces:
         bodies += [self._object(space, b, state.objects[w, b]) for b in range(len(self.world.objects))]
         batches = [
             self._batch(w, 0, self.arrays.get_values[w], lib.POSITION | lib.ANGLE | lib.VELOCITY | lib.ANGULAR_VELOCITY),
-            self._batch(w, 1, self.arrays.set_values[w], lib.VELOCITY | lib.ANGULAR_VELOCITY),
+            self._batch(w, 1, self.arrays.set_values[w], lib.POSITION | lib.VELOCITY | lib.ANGULAR_VELOCITY),
         ]
         self._keep[w] = [space, bodies, batches]
         handles = self.arrays.handles[w]
@@ -168,7 +167,7 @@ class Spaces:
     def _robot(self, space: pymunk.Space, i: int, pose: FloatArray) -> pymunk.Body:
         model = self.world.robots[i].body
         body = pymunk.Body(model.mass, model.inertia_ratio * model.mass * model.contact_radius**2)
-        shape = pymunk.Circle(body, model.contact_radius)
+        shape = pymunk.Circle(body, model.contact_radius + REACH_OUT)
         return _add(space, self.world, body, shape, pose)
 
     def _object(self, space: pymunk.Space, b: int, pose: FloatArray) -> pymunk.Body:
@@ -226,6 +225,11 @@ def advance(world: WorldArrays, state: StateArrays, spaces: SpaceArrays, w: int,
     known = world.objects.shape[0] == 0 and wish.shape[0] <= LARGE
     foresee(world, state, w, motion)
     substeps = substeps_now(world, state.poses[w], motion, spaces.substeps) if known else spaces.substeps
+    if changed(world, state, w, motion):
+        # what contact did tells nothing of what it will do now
+        for i in range(wish.shape[0]):
+            motion[i, HELD] = motion[i, TURNED] = 0.0
+        foresee(world, state, w, motion)
     longest = (LATTICE + substeps - 1) // substeps if substeps > 0 else LATTICE
     at = 0
     while at < LATTICE:
@@ -239,7 +243,8 @@ def advance(world: WorldArrays, state: StateArrays, spaces: SpaceArrays, w: int,
         duration = (until - at) * world.tick / LATTICE
         drive(world, state, w, at / LATTICE, until / LATTICE, wish)
         turn_to_middle(wish, motion, duration)
-        write_wishes(world, state, w, wish, spaces.set_values[w])
+        ahead = 0.5 * duration if known and still_touch(world, state.poses[w], motion, 0.5 * duration) else 0.0
+        write_bodies(world, state, w, wish, motion, ahead, spaces.set_values[w])
         counters[4] = 0
         call_with_pointers(handles[EACH_BODY], handles[SPACE], handles[SET_BATCH], handles[SET_DATA])
         # wishes are velocities, so the impulses that Chipmunk remembers hold whatever a substep's length: it is told always the same
@@ -250,9 +255,21 @@ def advance(world: WorldArrays, state: StateArrays, spaces: SpaceArrays, w: int,
             call_with_double(handles[MOVE_BODY], handles[b], duration)
         counters[0] = 0
         call_with_pointers(handles[EACH_BODY], handles[SPACE], handles[GET_BATCH], handles[GET_DATA])
-        read_bodies(state, w, spaces.get_values[w])
+        read_bodies(state, w, spaces.set_values[w], spaces.get_values[w])
         remember(motion, wish, spaces.get_values[w])
         at = until
+
+
+@compiled(forceinline=True, _nrt=False)
+def changed(world: WorldArrays, state: StateArrays, w: int, motion: FloatArray) -> bool:
+    """Whether any robot sets out otherwise than in the tick before; note how."""
+    found = False
+    for i in range(motion.shape[0]):
+        for k in range(2):
+            now = state.held[w, i, k] if world.ideal_drive else state.motion[w, i, k]
+            found = found or abs(now - motion[i, SET_SPEED + k]) > STEADY
+            motion[i, SET_SPEED + k] = now
+    return found
 
 
 @compiled(forceinline=True, _nrt=False)
@@ -274,7 +291,7 @@ def substeps_now(world: WorldArrays, poses: FloatArray, motion: FloatArray, most
     the end of a wall, whose touch is not foreseen. A drive with effects gets ``most``: dead time, lag or a wheel that is freed change
     its speed inside the tick, and how it sets out tells nothing.
     """
-    fastest, sliding, pair, wall = 0.0, 0.0, False, False
+    fastest, pair, wall = 0.0, False, False
     for i in range(poses.shape[0]):
         for j in range(i):
             if pair_within(world, poses, i, j, 2.0 * world.reach):
@@ -283,14 +300,6 @@ def substeps_now(world: WorldArrays, poses: FloatArray, motion: FloatArray, most
                     for b in (WISH_X, HELD_X):
                         vx, vy = motion[j, b] - motion[i, a], motion[j, b + 1] - motion[i, a + 1]
                         fastest = max(fastest, vx * vx + vy * vy)
-                if pair_within(world, poses, i, j, TOUCH):
-                    dx, dy = poses[j, 0] - poses[i, 0], poses[j, 1] - poses[i, 1]
-                    vx, vy = motion[j, HELD_X] - motion[i, HELD_X], motion[j, HELD_Y] - motion[i, HELD_Y]
-                    past = (dx * vy - dy * vx) ** 2
-                    if past > STEADY * STEADY * (dx * dx + dy * dy):
-                        # friction and other robots let only a share of the wished slide happen, and the angle grows by that share
-                        vx, vy = motion[j, WISH_X] - motion[i, WISH_X], motion[j, WISH_Y] - motion[i, WISH_Y]
-                        sliding = max(sliding, (vx * vx + vy * vy) * past / max(past, (dx * vy - dy * vx) ** 2))
         for e in range(world.walls.shape[0]):
             if wall_within(world, poses, i, e, 2.0 * world.reach):
                 wall = True
@@ -301,8 +310,7 @@ def substeps_now(world: WorldArrays, poses: FloatArray, motion: FloatArray, most
         return 0
     if not world.ideal_drive:
         return most
-    needed = max(math.sqrt(fastest) / CLOSING, math.sqrt(sliding) / SLIDING)
-    return max(math.ceil(needed * world.tick - 1e-6), WALL_SUBSTEPS if wall else 1)
+    return max(math.ceil(math.sqrt(fastest) / CLOSING * world.tick - 1e-6), WALL_SUBSTEPS if wall else 1)
 
 
 @compiled(forceinline=True, _nrt=False)
@@ -335,24 +343,32 @@ def remember(motion: FloatArray, wish: FloatArray, values: FloatArray) -> None:
 
 
 @compiled(forceinline=True, _nrt=False)
-def write_wishes(world: WorldArrays, state: StateArrays, w: int, wish: FloatArray, values: FloatArray) -> None:
-    """Lay out the velocities that the solver starts from: robots' wishes, and objects' own."""
+def write_bodies(
+    world: WorldArrays, state: StateArrays, w: int, wish: FloatArray, motion: FloatArray, ahead: float, values: FloatArray
+) -> None:
+    """Lay out what the solver starts from: wishes as velocities, and robots that contact holds where they will be after ``ahead`` s."""
     robots = wish.shape[0]
     for i in range(robots):
+        on = ahead if motion[i, HELD] != 0.0 else 0.0
+        values[5 * i] = state.poses[w, i, 0] + on * motion[i, HELD_X]
+        values[5 * i + 1] = state.poses[w, i, 1] + on * motion[i, HELD_Y]
         for k in range(3):
-            values[3 * i + k] = wish[i, k]
+            values[5 * i + 2 + k] = wish[i, k]
     for b in range(world.objects.shape[0]):
+        at = 5 * (robots + b)
+        values[at], values[at + 1] = state.objects[w, b, 0], state.objects[w, b, 1]
         for k in range(3):
-            values[3 * (robots + b) + k] = state.objects[w, b, 3 + k]
+            values[at + 2 + k] = state.objects[w, b, 3 + k]
 
 
 @compiled(forceinline=True, _nrt=False)
-def read_bodies(state: StateArrays, w: int, values: FloatArray) -> None:
-    """Copy poses of robots and poses and velocities of objects out of the batch."""
+def read_bodies(state: StateArrays, w: int, given: FloatArray, values: FloatArray) -> None:
+    """Copy poses of robots and poses and velocities of objects out of the batch; robots moved from where they were, not where given."""
     robots = state.poses.shape[1]
     for i in range(robots):
-        for k in range(3):
-            state.poses[w, i, k] = values[6 * i + k]
+        for k in range(2):
+            state.poses[w, i, k] += values[6 * i + k] - given[5 * i + k]
+        state.poses[w, i, 2] = values[6 * i + 2]
     for b in range(state.objects.shape[1]):
         for k in range(6):
             state.objects[w, b, k] = values[6 * (robots + b) + k]

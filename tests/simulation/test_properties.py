@@ -13,7 +13,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from swarm_envs import Simulation, load_world, world_names
-from swarm_envs.worlds import Contact, RobotModel, WorldSpec
+from swarm_envs.simulation.touching import REACH_OUT
+from swarm_envs.worlds import Contact, Effects, RobotModel, WorldSpec
 
 Array = npt.NDArray[np.float64]
 ENGINES = ["chipmunk", "disc"]
@@ -97,8 +98,10 @@ def test_no_robot_of_any_world_is_nowhere_outside_or_inside_another(engine: str,
 def test_contact_never_adds_kinetic_energy_to_what_robots_wish(engine: str, swarm: tuple[WorldSpec, int, list[Array]]) -> None:
     """Each tick, summed over robots: m v^2 + I omega^2 of what happened is at most that of what was asked.
 
-    Shipped worlds drive as asked, so the command is the wish. A thousandth covers the solvers' tolerance.
+    Robots drive as asked, without effects, so the command is the wish. A thousandth covers the solvers' tolerance.
     """
+    plain = tuple(dataclasses.replace(robot, effects=Effects()) for robot in swarm[0].robots)
+    swarm = (swarm[0].replace(robots=plain), *swarm[1:])
     mass = body(swarm[0], "mass")
     inertia = body(swarm[0], "inertia_ratio") * mass * body(swarm[0], "contact_radius") ** 2
     for tick in ticks(swarm, engine):
@@ -169,4 +172,5 @@ def test_a_wall_holds_the_point_it_touches_exactly_above_the_critical_angle(engi
     moved = simulation.poses[:, 0] - before
     rim = moved[:, 0] + 0.06 * moved[:, 2]  # way of the touching point: the centre's, less what the turn rolls off
     assert rim[0] > 5e-4
-    assert abs(rim[1]) < 1e-6
+    # for Chipmunk a robot's disc reaches out by a little, and rolls on that rim
+    assert abs(rim[1]) < (1e-6 if engine == "disc" else 1.1 * REACH_OUT / 0.06 * abs(moved[1, 0]))
