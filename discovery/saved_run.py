@@ -64,7 +64,7 @@ class Run:
 
     @cached_property
     def encoder(self) -> Encoder:
-        """The trained encoder: videos (n, frames, size, size) of uint8 to embeddings (n, 512).
+        """The trained encoder: videos (n, frames, size, size) of uint8 to embeddings (n, dimension).
 
         Raises:
             DiscoveryError: When the file is missing or damaged.
