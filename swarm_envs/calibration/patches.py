@@ -22,9 +22,9 @@ SHAPES = (Shape(0.2, 1.0), Shape(0.4, 1.0), Shape(0.25, 0.3, 5.0, 5.0), Shape(0.
 """Shapes tried: any, any of few bends, stripes and ellipses, round patches."""
 NOISE = (0.1, 0.03, 0.3)
 """Errors that are left, as shares of those without the correction; the first is that by which the shape is chosen."""
-MOST = 800
+MOST = 500
 """Windows that are looked at, about; of more, each second or third and so on."""
-STEPS, STEPS_ON = 120, 60
+STEPS, STEPS_ON = 80, 40
 """Steps of a fit at most, from a smooth correction and from a fit to fewer runs."""
 BEYOND = 1.0
 """How far levels may be beyond those that a smooth correction reaches, as a share of their difference."""

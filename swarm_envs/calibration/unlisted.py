@@ -53,7 +53,7 @@ WORTH = 0.1
 """A remainder is reported when its correction takes away at least this share of a held-out error."""
 PLAINER = 0.85
 """A simpler circumstance is preferred when it gains at least this share of the best one's gain."""
-EDGES = 0.3
+EDGES = 0.5
 """A floor of two kinds is tried where a smooth function of place gains this share of the best."""
 FLIPS = 1999
 """Random signs given to blocks of windows when two models are compared."""
