@@ -17,7 +17,7 @@ TOUCH = 1e-3
 TOUCHES_ROBOT, TOUCHES_WALL = 1, 2
 REACH_OUT = 1e-4
 """What a robot's disc is larger in m for Chipmunk: robots that slide round each other still touch in the middle of a substep, where the
-chord of their way opens a gap of up to 0.02 mm. Touches are foreseen at half of this depth, so that no contact begins on its edge."""
+chord of their way opens a gap of up to 0.1 mm. Touches are foreseen at half of this depth, so that no contact begins on its edge."""
 UNSOLVED = 0.005
 """Robots that touch and approach each other at more m/s than this, as contact made them move last, were not solved together yet."""
 LARGE = 40
