@@ -92,7 +92,7 @@ def heldout_gain(log: Log, data: Measured, before: FloatArray, after: Sequence[M
 def _references(log: Log, data: Measured) -> dict[float, dict[str, float]]:
     """Return the reference's errors by horizon and metric, computed on one thread: over small trees threads wait more than they work."""
     from sklearn import ensemble  # noqa: F401  # a limit holds for libraries that are loaded
-    from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
+    from threadpoolctl import threadpool_limits
 
     with threadpool_limits(1, "openmp"):
         return reference_errors(log, data)
