@@ -346,12 +346,11 @@ def remember(motion: FloatArray, wish: FloatArray, values: FloatArray) -> None:
 def write_bodies(
     world: WorldArrays, state: StateArrays, w: int, wish: FloatArray, motion: FloatArray, ahead: float, values: FloatArray
 ) -> None:
-    """Lay out what the solver starts from: wishes as velocities, and robots that contact holds where they will be after ``ahead`` s."""
+    """Lay out what the solver starts from: wishes as velocities, and robots where they will be after ``ahead`` s."""
     robots = wish.shape[0]
     for i in range(robots):
-        on = ahead if motion[i, HELD] != 0.0 else 0.0
-        values[5 * i] = state.poses[w, i, 0] + on * motion[i, HELD_X]
-        values[5 * i + 1] = state.poses[w, i, 1] + on * motion[i, HELD_Y]
+        values[5 * i] = state.poses[w, i, 0] + ahead * motion[i, HELD_X]
+        values[5 * i + 1] = state.poses[w, i, 1] + ahead * motion[i, HELD_Y]
         for k in range(3):
             values[5 * i + 2 + k] = wish[i, k]
     for b in range(world.objects.shape[0]):
