@@ -69,7 +69,7 @@ def condense(folder: Path) -> dict[str, Any]:
             "evaluations": len(archive), "videos": settings.dataset.videos, "epochs": settings.representation.epochs,
             "batch": settings.representation.batch, "origin": metrics["representation"]["origin"].split(";")[0],
             "command": " ".join(["python", *words]), "commit": (run.manifest["git"] or {}).get("commit"),
-            "finished": run.manifest["finished"],
+            "finished": run.manifest["finished"], "handed_over": handed_over(folder),
         },
         "labels": list(BEHAVIOURS),
         "seeds": archive.world_seed[first].tolist(),
@@ -83,6 +83,15 @@ def condense(folder: Path) -> dict[str, Any]:
         "indices": packed(archive.world_index, "<u2"),
         "controllers": packed(archive.controllers, "<f8"),
     }  # fmt: skip
+
+
+def handed_over(folder: Path) -> dict[str, str]:
+    """Return the stages of a run that another run has made, and that run."""
+    from discovery.evaluation.study.hand_over import NOTE
+
+    note = folder / NOTE
+    stages: dict[str, str] = json.loads(note.read_text(encoding="utf-8")) if note.exists() else {}
+    return stages
 
 
 def packed(values: npt.ArrayLike, kind: str) -> str:

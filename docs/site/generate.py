@@ -311,11 +311,16 @@ World `{run["world"]}`, engine `{run["engine"]}`, {run["steps"]} ticks, {run["ev
 for {run["epochs"]} epochs on {run["videos"]:,} videos in batches of {run["batch"]:,}, starting from {run["origin"]}. The paper's
 search made 5,000 evaluations, too; its encoder was trained for 100 epochs on 6,000 videos in batches of 1,000, starting from
 ImageNet weights.
-
+{_handed_over(run["handed_over"])}
 The map is t-SNE of the {run["evaluations"]:,} embeddings: neighbours mean something, distances across the map and the axes do not.
 A picture here is the run's controller from the run's start, with contact solved [in the browser](design.md#the-playground); the
 command repeats Python's own run to the bit.
 """
+
+
+def _handed_over(stages: dict[str, str]) -> str:
+    """Return a paragraph that says which stages another run has made; nothing when there are none."""
+    return "".join(f"\nThe {stage} is that of {source}.\n" for stage, source in stages.items())
 
 
 def write() -> None:
