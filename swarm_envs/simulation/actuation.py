@@ -14,8 +14,10 @@ import numpy as np
 
 from swarm_envs.compiled import compiled
 from swarm_envs.simulation import parameters as p
+from swarm_envs.simulation import scratch as m
 from swarm_envs.simulation.parameters import FloatArray, WorldArrays
 from swarm_envs.simulation.randomness import STREAM_COMMAND_LOSS, STREAM_START_KICK, normal, uniform
+from swarm_envs.simulation.scratch import Scratch
 from swarm_envs.simulation.state import StateArrays
 from swarm_envs.simulation.trigonometry import cos_sin, sinc
 
@@ -57,6 +59,22 @@ def drive(world: WorldArrays, state: StateArrays, w: int, begin: float, end: flo
     """
     for i in range(wish.shape[0]):
         drive_robot(world, state, w, i, begin, end, wish)
+
+
+@compiled(forceinline=True, _nrt=False)
+def drive_ideally(world: WorldArrays, state: StateArrays, w: int, scratch: Scratch) -> None:
+    """Write into ``scratch.free`` the velocity with which each robot, without drive effects, would cover the tick without contact."""
+    held, motion, columns, free = state.held, state.motion, scratch.columns, scratch.free
+    robots = free.shape[0]
+    for i in range(robots):
+        columns[m.COS, i] = state.poses[w, i, 2] + 0.5 * held[w, i, 1] * world.tick
+    for i in range(robots):  # several at once
+        columns[m.COS, i], columns[m.SIN, i] = cos_sin(columns[m.COS, i])
+    for i in range(robots):
+        v, omega = held[w, i, 0], held[w, i, 1]
+        chord = v * sinc(0.5 * omega * world.tick)
+        free[i, 0], free[i, 1], free[i, 2] = chord * columns[m.COS, i], chord * columns[m.SIN, i], omega
+        motion[w, i, 0], motion[w, i, 1] = v, omega
 
 
 @compiled(forceinline=True, _nrt=False)

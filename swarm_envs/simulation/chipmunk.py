@@ -216,7 +216,7 @@ def _add_walls(space: pymunk.Space, world: WorldSpec) -> None:
         space.add(segment)
 
 
-@compiled(forceinline=True, _nrt=False)
+@compiled(inline="always", _nrt=False)
 def advance(world: WorldArrays, state: StateArrays, spaces: SpaceArrays, w: int, wish: FloatArray) -> None:
     """Move the robots and objects of world ``w`` through one tick with contact; ``wish`` (R, 3) is scratch."""
     handles = spaces.handles[w]

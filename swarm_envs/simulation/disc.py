@@ -20,16 +20,19 @@ import numpy as np
 from swarm_envs.compiled import compiled
 from swarm_envs.simulation import parameters as p
 from swarm_envs.simulation import scratch as m
-from swarm_envs.simulation.actuation import drive_robot
+from swarm_envs.simulation.actuation import drive_ideally, drive_robot
 from swarm_envs.simulation.grid import bins, bounds
 from swarm_envs.simulation.parameters import FloatArray, WorldArrays
 from swarm_envs.simulation.scratch import IntArray, Scratch, scratch_for
 from swarm_envs.simulation.state import StateArrays
 from swarm_envs.simulation.touching import LARGE
-from swarm_envs.simulation.trigonometry import cos_sin, sinc
+from swarm_envs.simulation.trigonometry import cos_sin, cos_sin_small
 
 MAX_ITERATIONS = 200
 """Most passes over the contacts in one tick."""
+OVER, OVER_PASSES = 1.25, 10
+"""Share of what a contact lacks that passes after the first give, up to so many: contacts that lean on each other settle in fewer. Piles
+of great friction would never settle so."""
 TOLERANCE = 1e-4
 """Passes end when none changed a closing distance by more than this many metres."""
 LATTICE = p.MICRO_STEPS
@@ -66,43 +69,45 @@ NOWHERE = 1e9
 """Gap in m of a wall that a robot has left behind within a tick."""
 
 
-@compiled(forceinline=True, _nrt=False)
+@compiled(inline="always", _nrt=False)
 def advance(world: WorldArrays, state: StateArrays, w: int, scratch: Scratch) -> None:
     """Move the robots of world ``w`` through one tick with contact; ``poses`` of the state change."""
     poses = state.poses[w]
     count = find_contacts(world, poses, scratch)
-    if count == 0:
-        if world.ideal_drive:
-            drive_freely(world, state, w)
-        else:
-            for i in range(poses.shape[0]):
-                move_freely(world, state, w, i, scratch)
-    else:
+    if world.ideal_drive:
+        drive_ideally(world, state, w, scratch)
+    if count > 0:
         advance_touching(world, state, w, scratch, count)
-
-
-@compiled(forceinline=True, _nrt=False)
-def drive_freely(world: WorldArrays, state: StateArrays, w: int) -> None:
-    """Move robots without drive effects through a tick without contact: each on its arc."""
-    poses, held, motion, tick = state.poses, state.held, state.motion, world.tick
-    for i in range(poses.shape[1]):
-        v, omega = held[w, i, 0], held[w, i, 1]
-        half_turn = 0.5 * omega * tick
-        c, s = cos_sin(poses[w, i, 2] + half_turn)
-        chord = v * sinc(half_turn)
-        poses[w, i, 0] += chord * c * tick
-        poses[w, i, 1] += chord * s * tick
-        poses[w, i, 2] += omega * tick
-        motion[w, i, 0], motion[w, i, 1] = v, omega
+    else:
+        for i in range(poses.shape[0]):
+            move_freely(world, state, w, i, scratch)
 
 
 @compiled(forceinline=True, _nrt=False)
 def move_freely(world: WorldArrays, state: StateArrays, w: int, i: int, scratch: Scratch) -> None:
     """Move one robot through a tick without contact."""
     wish = scratch.free
-    drive_robot(world, state, w, i, 0.0, 1.0, wish)
+    if not world.ideal_drive:
+        drive_robot(world, state, w, i, 0.0, 1.0, wish)
     for k in range(3):
         state.poses[w, i, k] += wish[i, k] * world.tick
+
+
+@compiled(forceinline=True, _nrt=False)
+def drive_part(world: WorldArrays, state: StateArrays, w: int, i: int, at: int, until: int, scratch: Scratch) -> None:
+    """Write into ``scratch.free`` with which velocity robot ``i`` would cover a part of the tick without contact."""
+    # the whole tick of an ideal drive is there already
+    if not (world.ideal_drive and until - at == LATTICE):
+        drive_robot(world, state, w, i, at / LATTICE, until / LATTICE, scratch.free)
+
+
+@compiled(forceinline=True, _nrt=False)
+def foreseen(world: WorldArrays, state: StateArrays, w: int, i: int, scratch: Scratch) -> tuple[float, float]:
+    """Velocity with which robot ``i`` sets out on a tick: an ideal drive's mean one, else where it is heading as fast as it goes."""
+    if world.ideal_drive:
+        return scratch.free[i, 0], scratch.free[i, 1]
+    c, s = cos_sin(state.poses[w, i, 2])
+    return state.motion[w, i, 0] * c, state.motion[w, i, 0] * s
 
 
 @compiled(_nrt=False)
@@ -149,24 +154,23 @@ def slide(world: WorldArrays, state: StateArrays, w: int, i: int, scratch: Scrat
     wish = scratch.free
     contact = scratch.contacts[scratch.place[i]]
     nx, ny, gap = contact[NORMAL_X], contact[NORMAL_Y], contact[GAP]
-    speed = state.held[w, i, 0] if world.ideal_drive else state.motion[w, i, 0]
-    at = 0
+    at = int(np.int64(0))  # a plain 0 is another type, for which callees would be compiled, too
     while at < LATTICE:
         until = LATTICE
         if at == 0 and gap > TOUCHING:
-            c, s = cos_sin(state.poses[w, i, 2])
-            closing = speed * (c * nx + s * ny)
+            vx, vy = foreseen(world, state, w, i, scratch)
+            closing = vx * nx + vy * ny
             if closing * world.tick > gap:
                 first = int(gap / closing / world.tick * LATTICE)
                 until = first if first > 0 else LATTICE
-        drive_robot(world, state, w, i, at / LATTICE, until / LATTICE, wish)
+        drive_part(world, state, w, i, at, until, scratch)
         duration = (until - at) * world.tick / LATTICE
         vx, vy, omega = wish[i, 0], wish[i, 1], wish[i, 2]
         closing = vx * nx + vy * ny
         allowed = gap / duration
         if closing > allowed:
             slid = slide_along(contact, nx, ny, vx, vy, omega, allowed)
-            c, s = cos_sin(0.5 * duration * (slid[2] - omega))
+            c, s = cos_sin_small(0.5 * duration * (slid[2] - omega))
             vx, vy = c * vx - s * vy, s * vx + c * vy
             closing = vx * nx + vy * ny
             if closing > allowed:
@@ -198,7 +202,7 @@ def advance_crowd(world: WorldArrays, state: StateArrays, w: int, scratch: Scrat
     """Move the robots of the crowd through one tick, in two parts where some first touch within it."""
     poses, place, velocity, free = state.poses[w], scratch.place, scratch.velocity, scratch.free
     robots = place.shape[0]
-    at = 0
+    at = int(np.int64(0))  # a plain 0 is another type, for which callees would be compiled, too
     while at < LATTICE:
         until = LATTICE
         if at > 0:
@@ -209,7 +213,7 @@ def advance_crowd(world: WorldArrays, state: StateArrays, w: int, scratch: Scrat
         duration = (until - at) * world.tick / LATTICE
         for i in range(robots):
             if place[i] == CROWD:
-                drive_robot(world, state, w, i, at / LATTICE, until / LATTICE, free)
+                drive_part(world, state, w, i, at, until, scratch)
                 for k in range(3):
                     velocity[i, k] = free[i, k]
         if solve(duration, scratch, count, 5.0 * TOLERANCE):
@@ -235,9 +239,7 @@ def first_touch(world: WorldArrays, state: StateArrays, w: int, scratch: Scratch
     robots = poses.shape[0]
     for i in range(robots):
         if scratch.place[i] == CROWD:
-            speed = state.held[w, i, 0] if world.ideal_drive else state.motion[w, i, 0]
-            c, s = cos_sin(poses[i, 2])
-            velocity[i, 0], velocity[i, 1] = speed * c, speed * s
+            velocity[i, 0], velocity[i, 1] = foreseen(world, state, w, i, scratch)
     soonest = world.tick
     for k in range(count):
         i, j = scratch.partners[k, 0], scratch.partners[k, 1]
@@ -269,7 +271,7 @@ def to_middle(poses: FloatArray, duration: float, scratch: Scratch, count: int) 
     for i in range(robots):
         turned = (solved[i, 2] - free[i, 2]) * half
         if scratch.place[i] == CROWD and turned != 0.0:
-            c, s = cos_sin(turned)
+            c, s = cos_sin_small(turned)
             free[i, 0], free[i, 1] = c * free[i, 0] - s * free[i, 1], s * free[i, 0] + c * free[i, 1]
     for k in range(count):
         i, j = scratch.partners[k, 0], scratch.partners[k, 1]
@@ -454,20 +456,39 @@ def solve(duration: float, scratch: Scratch, count: int, tolerance: float) -> bo
     for k in range(count):
         if contacts[k, PUSH] > 0.0:
             push(velocity, contacts, partners, k, contacts[k, PUSH], contacts[k, DRAG])
-    for _ in range(MAX_ITERATIONS):
+    for number in range(MAX_ITERATIONS):
+        share = OVER if 0 < number < OVER_PASSES else 1.0
         change = 0.0
         for k in range(count):
-            before, dragged = contacts[k, PUSH], contacts[k, DRAG]
-            lacking = (contacts[k, TARGET] - opening_speed(velocity, contacts, partners, k)) * contacts[k, MASS_ALONG]
-            pushed = max(0.0, before + lacking)
+            before = contacts[k, PUSH]
+            i, j = partners[k, 0], partners[k, 1]
+            nx, ny, light, other_light = contacts[k, NORMAL_X], contacts[k, NORMAL_Y], contacts[k, FIRST_LIGHT], contacts[k, SECOND_LIGHT]
+            # read once: the compiler cannot know that what is written below is not what is read again
+            ix, iy, spin, jx, jy, other_spin = (
+                velocity[i, 0],
+                velocity[i, 1],
+                velocity[i, 2],
+                velocity[j, 0],
+                velocity[j, 1],
+                velocity[j, 2],
+            )
+            vx, vy = jx - ix, jy - iy
+            pushed = max(0.0, before + share * (contacts[k, TARGET] - (vx * nx + vy * ny)) * contacts[k, MASS_ALONG])
             if pushed == 0.0 and before == 0.0:
                 continue
-            bound = contacts[k, FRICTION] * pushed
-            slip = slipping_speed(velocity, contacts, partners, k)
-            drag = min(max(dragged - slip * contacts[k, MASS_ACROSS], -bound), bound)
+            dragged, bound = contacts[k, DRAG], contacts[k, FRICTION] * pushed
+            slip = vy * nx - vx * ny - contacts[k, FIRST_RADIUS] * spin - contacts[k, SECOND_RADIUS] * other_spin
+            drag = min(max(dragged - share * slip * contacts[k, MASS_ACROSS], -bound), bound)
+            along, across = pushed - before, drag - dragged
             contacts[k, PUSH], contacts[k, DRAG] = pushed, drag
-            push(velocity, contacts, partners, k, pushed - before, drag - dragged)
-            change = max(change, abs(pushed - before) / contacts[k, MASS_ALONG], abs(drag - dragged) / contacts[k, MASS_ACROSS])
+            x, y = nx * along - ny * across, ny * along + nx * across
+            velocity[i, 0], velocity[i, 1] = ix - light * x, iy - light * y
+            velocity[i, 2] = spin - contacts[k, FIRST_SPIN] * across
+            velocity[j, 0], velocity[j, 1] = jx + other_light * x, jy + other_light * y
+            velocity[j, 2] = other_spin - contacts[k, SECOND_SPIN] * across
+            lightness = light + other_light
+            spinning = contacts[k, FIRST_RADIUS] * contacts[k, FIRST_SPIN] + contacts[k, SECOND_RADIUS] * contacts[k, SECOND_SPIN]
+            change = max(change, abs(along) * lightness, abs(across) * (lightness + spinning))
         if change * duration < tolerance:
             break
     return True
@@ -479,16 +500,6 @@ def opening_speed(velocity: FloatArray, contacts: FloatArray, partners: IntArray
     i, j = partners[k, 0], partners[k, 1]
     vx, vy = velocity[j, 0] - velocity[i, 0], velocity[j, 1] - velocity[i, 1]
     return float(vx * contacts[k, NORMAL_X] + vy * contacts[k, NORMAL_Y])
-
-
-@compiled(forceinline=True, _nrt=False)
-def slipping_speed(velocity: FloatArray, contacts: FloatArray, partners: IntArray, k: int) -> float:
-    """Velocity in m/s of the second's contact point past the first's, counter-clockwise from the normal of contact ``k``."""
-    i, j = partners[k, 0], partners[k, 1]
-    # the contact point lies at +radius along the normal of the first and at -radius of the second
-    spun = contacts[k, FIRST_RADIUS] * velocity[i, 2] + contacts[k, SECOND_RADIUS] * velocity[j, 2]
-    vx, vy = velocity[j, 0] - velocity[i, 0], velocity[j, 1] - velocity[i, 1]
-    return float(vy * contacts[k, NORMAL_X] - vx * contacts[k, NORMAL_Y] - spun)
 
 
 @compiled(forceinline=True, _nrt=False)

@@ -20,7 +20,7 @@ def hear(world: WorldArrays, state: StateArrays, w: int) -> None:
                 break
 
 
-@compiled(_nrt=False)
+@compiled(inline="always", _nrt=False)
 def tell_what_is_seen(state: StateArrays, w: int) -> None:
     """Let each robot broadcast whether one of its own sensors reports something, as robots with a controller do."""
     sensors = state.detections.shape[2] - 1

@@ -27,7 +27,7 @@ RAYS = 5
 """Rays over a target's width that occlusion tests; one free ray is enough to be seen."""
 
 
-@compiled(forceinline=True, _nrt=False)
+@compiled(inline="always", _nrt=False)
 def sense(world: WorldArrays, state: StateArrays, w: int, scratch: Scratch) -> None:
     """Update ``state.detections`` of world ``w`` from its poses at the start of the present tick."""
     if world.sensors.shape[0] >= GRID_FROM:

@@ -19,7 +19,7 @@ from swarm_envs.simulation.touching import stall_wheels
 ByteArray = npt.NDArray[np.uint8]
 
 
-@compiled(forceinline=True, _nrt=False)
+@compiled(inline="always", _nrt=False)
 def advance_world(
     world: WorldArrays,
     state: StateArrays,
@@ -100,7 +100,7 @@ def run_worlds(
                 advance_world(world, state, spaces, w, now, wish, scratch)
 
 
-@compiled(forceinline=True, _nrt=False)
+@compiled(inline="always", _nrt=False)
 def record(state: StateArrays, w: int, now: FloatArray, frame: int, poses: FloatArray, detections: ByteArray, commands: FloatArray) -> None:
     """Write one frame of world ``w``, whose robots do ``now`` (R, 2)."""
     for i in range(now.shape[0]):
@@ -112,7 +112,7 @@ def record(state: StateArrays, w: int, now: FloatArray, frame: int, poses: Float
             commands[w, frame, i, k] = now[i, k]
 
 
-@compiled(forceinline=True, _nrt=False)
+@compiled(inline="always", _nrt=False)
 def control(detections: ByteArray, controllers: FloatArray, commands: FloatArray) -> None:
     """Write each robot's command (R, 2) for its readings (R, S): the if-else controller of the paper, one pair a pattern."""
     inputs = 1

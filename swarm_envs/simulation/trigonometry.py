@@ -39,6 +39,16 @@ def cos_sin(angle: float) -> tuple[float, float]:
 
 
 @compiled(forceinline=True, _nrt=False)
+def cos_sin_small(angle: float) -> tuple[float, float]:
+    """Return the cosine and the sine of an angle in rad that is most likely small, sooner than :func:`cos_sin`."""
+    z = angle * angle
+    if z > 0.04:
+        return cos_sin(angle)
+    c = 1.0 - 0.5 * z + z * z * (1 / 24 + z * (-1 / 720 + z * (1 / 40320 - z / 3628800)))
+    return c, angle + angle * z * (-1 / 6 + z * (1 / 120 + z * (-1 / 5040 + z / 362880)))
+
+
+@compiled(forceinline=True, _nrt=False)
 def sinc(x: float) -> float:
     """Return sin(x) / x, by its series where the quotient would lose digits."""
     z = x * x

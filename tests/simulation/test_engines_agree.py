@@ -17,7 +17,6 @@ NUDGE = 1e-4
 """Standard deviation in m along x and y by which starts are moved to see how much chance there is in one run."""
 
 
-@cache
 def run(engine: str, seed: int, nudge: float = 0.0) -> Trajectories:
     """One run of every controller; the engines share the starts."""
     start = rollouts("hero_plus", CONTROLLERS, seed=seed, steps=0).poses[:, 0]
@@ -25,10 +24,20 @@ def run(engine: str, seed: int, nudge: float = 0.0) -> Trajectories:
     return rollouts(load_world("hero_plus"), CONTROLLERS, seed=seed, engine=engine, initial_poses=start)
 
 
+@cache
+def measured(engine: str, seed: int, nudge: float = 0.0) -> npt.NDArray[np.float64]:
+    """The five measures of one run of every controller."""
+    return metrics.hand_crafted(run(engine, seed, nudge))
+
+
 def rank_correlations(one: npt.NDArray[np.float64], other: npt.NDArray[np.float64]) -> dict[str, float]:
     """Spearman's coefficient of each measure; no two controllers share a value."""
     ranks = [values.argsort(axis=0).argsort(axis=0) for values in (one, other)]
     return {name: float(np.corrcoef(ranks[0][:, k], ranks[1][:, k])[0, 1]) for k, name in enumerate(MEASURES)}
+
+
+def mean_of(correlations: list[dict[str, float]]) -> dict[str, float]:
+    return {name: float(np.mean([each[name] for each in correlations])) for name in MEASURES}
 
 
 def same_labels(one: Trajectories, other: Trajectories) -> float:
@@ -38,9 +47,7 @@ def same_labels(one: Trajectories, other: Trajectories) -> float:
 @pytest.mark.slow
 def test_both_engines_rank_500_random_controllers_alike_by_each_of_the_five_measures() -> None:
     """A controller's measure is its mean over a few starts: what it does, rather than what chance made of one run."""
-    disc, chipmunk = (
-        np.mean([metrics.hand_crafted(run(engine, seed)) for seed in range(STARTS)], axis=0) for engine in ("disc", "chipmunk")
-    )
+    disc, chipmunk = (np.mean([measured(engine, seed) for seed in range(STARTS)], axis=0) for engine in ("disc", "chipmunk"))
     correlations = rank_correlations(disc, chipmunk)
     assert min(correlations.values()) >= 0.95, correlations
 
@@ -55,8 +62,8 @@ def test_in_single_runs_the_engines_differ_no_more_than_one_engine_started_a_ten
     Speed, variance and scatter keep 0.95 all the same. Angular momentum and group rotation, near zero for most random controllers and
     then of either sign, do not, and no two engines could that differ at all: a nudge far below what the law leaves open does as much.
     """
-    disc, chipmunk, nudged = (metrics.hand_crafted(run(*which)) for which in (("disc", 0), ("chipmunk", 0), ("disc", 0, NUDGE)))
-    between, within = rank_correlations(disc, chipmunk), rank_correlations(disc, nudged)
+    between = mean_of([rank_correlations(measured("disc", seed), measured("chipmunk", seed)) for seed in range(STARTS)])
+    within = mean_of([rank_correlations(measured("disc", seed), measured("disc", seed, NUDGE)) for seed in range(STARTS)])
     for name in ("average speed", "radial variance", "scatter"):
         assert between[name] >= 0.95, between
     for name in MEASURES:
