@@ -131,21 +131,17 @@ def nearest_seen(world: WorldArrays, state: StateArrays, w: int, i: int, s: int,
             dx = state.objects[w, b, 0] - poses[i, 0]
             dy = state.objects[w, b, 1] - poses[i, 1]
             squared = dx * dx + dy * dy
-            radius = object_visible_radius(world.objects[b])
-            if (
-                squared < nearest * nearest
-                and meets_sector(ax * dx + ay * dy, abs(ax * dy - ay * dx), cos_half, sin_half, reach, radius)
-                and (sensor[p.OCCLUSION] == 0.0 or in_sight(world, state, w, poses[i, 0], poses[i, 1], dx, dy, radius, ax, ay, sensor, b))
-            ):
+            radius = world.objects[b, p.OBJECT_RADIUS]
+            if squared >= nearest * nearest:
+                continue
+            if radius > 0.0:
+                if meets_sector(ax * dx + ay * dy, abs(ax * dy - ay * dx), cos_half, sin_half, reach, radius) and (
+                    sensor[p.OCCLUSION] == 0.0 or in_sight(world, state, w, poses[i, 0], poses[i, 1], dx, dy, radius, ax, ay, sensor, b)
+                ):
+                    nearest = math.sqrt(squared)
+            elif squared <= reach * reach and box_in_sight(world, state, w, poses[i, 0], poses[i, 1], ax, ay, sensor, b):
                 nearest = math.sqrt(squared)
     return nearest
-
-
-@compiled(_nrt=False)
-def object_visible_radius(item: FloatArray) -> float:
-    """A disc's radius; of a box, the circle inside it."""
-    radius = item[p.OBJECT_RADIUS]
-    return float(radius if radius > 0.0 else 0.5 * min(item[p.OBJECT_WIDTH], item[p.OBJECT_HEIGHT]))
 
 
 @compiled(_nrt=False)
@@ -169,6 +165,58 @@ def in_sight(
         if not blocked(world, state, w, x, y, ux, uy, length, target_object):
             return True
     return False
+
+
+@compiled(_nrt=False)
+def box_in_sight(
+    world: WorldArrays, state: StateArrays, w: int, x: float, y: float, ax: float, ay: float, sensor: FloatArray, b: int
+) -> bool:
+    """Whether the box with index ``b`` meets the sector about (ax, ay) at (x, y), where occlusion counts before anything opaque.
+
+    Seen from outside a box fills the bearings between those of two of its corners. All angles are from the sector's axis, the box's in
+    one piece about its centre, which may reach past half a turn; the sector is looked for there, too.
+    """
+    pose = state.objects[w, b]
+    half_width, half_height = 0.5 * world.objects[b, p.OBJECT_WIDTH], 0.5 * world.objects[b, p.OBJECT_HEIGHT]
+    dx, dy = pose[0] - x, pose[1] - y
+    c, s = math.cos(pose[2]), math.sin(pose[2])
+    if abs(c * dx + s * dy) <= half_width and abs(c * dy - s * dx) <= half_height:
+        return True
+    centre = math.atan2(ax * dy - ay * dx, ax * dx + ay * dy)
+    least = most = 0.0
+    for corner in range(4):
+        side, end = 1.0 - 2.0 * (corner % 2), 1.0 - 2.0 * (corner // 2)
+        px = dx + c * side * half_width - s * end * half_height
+        py = dy + s * side * half_width + c * end * half_height
+        aside = math.atan2(dx * py - dy * px, dx * px + dy * py)
+        least, most = min(least, aside), max(most, aside)
+    half = sensor[p.HALF_ANGLE]
+    for turns in range(-1, 2):
+        low, high = max(centre + least, 2.0 * math.pi * turns - half), min(centre + most, 2.0 * math.pi * turns + half)
+        if low > high:
+            continue
+        if sensor[p.OCCLUSION] == 0.0:
+            return True
+        for k in range(RAYS):
+            angle = low + (high - low) * (k + 0.5) / RAYS
+            ux = ax * math.cos(angle) - ay * math.sin(angle)
+            uy = ay * math.cos(angle) + ax * math.sin(angle)
+            if not blocked(world, state, w, x, y, ux, uy, way_to_box(dx, dy, c, s, half_width, half_height, ux, uy), b):
+                return True
+    return False
+
+
+@compiled(_nrt=False)
+def way_to_box(dx: float, dy: float, c: float, s: float, half_width: float, half_height: float, ux: float, uy: float) -> float:
+    """Return how far in m it is along (ux, uy) to a box at (dx, dy) that is turned by (c, s), for a ray that meets it from outside."""
+    along, across = c * ux + s * uy, c * uy - s * ux
+    first, second = c * dx + s * dy, c * dy - s * dx
+    enter = 0.0
+    if along != 0.0:
+        enter = max(enter, (first - math.copysign(half_width, along)) / along)
+    if across != 0.0:
+        enter = max(enter, (second - math.copysign(half_height, across)) / across)
+    return enter
 
 
 @compiled(_nrt=False)

@@ -15,8 +15,8 @@ from swarm_envs.simulation.scratch import IntArray
 from swarm_envs.simulation.state import StateArrays
 from swarm_envs.worlds import WorldError, WorldSpec
 
-OVERLAP_ALLOWED = 1e-6
-"""Overlap in m of given start poses that still counts as touching."""
+OVERLAP_ALLOWED = 5e-3
+"""Overlap in m of given start poses that still counts as touching: what an engine may leave, so that any recorded frame is a start."""
 
 
 def start_worlds(

@@ -62,7 +62,7 @@ class Sensor:
     occlusion: bool = False
     """Whether opaque obstacles, opaque objects and reflex corners of the arena hide robots."""
     sees_objects: bool = False
-    """Whether pushable objects are reported like robots; a box counts as the disc inside it."""
+    """Whether pushable objects are reported like robots: when their outline meets the sector and their centre is in range."""
 
 
 @dataclass(frozen=True)

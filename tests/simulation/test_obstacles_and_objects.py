@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import shapely
+import shapely.affinity
 
 from swarm_envs import Simulation, Trajectories, WorldError, load_world, rollouts
 from swarm_envs.worlds import Arena, Obstacle, PushableObject, Sensor, WorldSpec
@@ -115,6 +116,63 @@ def test_a_sensor_that_minds_occlusion_does_not_look_through_opaque_things(hidde
     simulation = Simulation(world, 1)
     simulation.reset(0, initial_poses=np.array([[[0.5, 0.7, 0.0], [1.1, 0.7, 0.0]]]))
     assert simulation.detections[0, 0] == (hidden_by in ("nothing", "glass"))
+
+
+def sector(pose: np.ndarray, half_angle: float, reach: float) -> shapely.Polygon:
+    angles = pose[2] + np.linspace(-half_angle, half_angle, 721)
+    rim = pose[:2] + reach * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    return shapely.make_valid(shapely.Polygon([pose[:2], *rim]))
+
+
+@pytest.mark.parametrize("half_angle", [0.05, 0.12, 0.8, 2.4, np.pi])
+def test_a_box_is_seen_exactly_when_its_outline_meets_the_sector(half_angle: float) -> None:
+    item = PushableObject("box", (0.3, 0.1), (0.85, 0.7, 0.0))
+    world = load_world("hero_plus", num_robots=1)
+    robots = tuple(dataclasses.replace(robot, sensors=(Sensor(half_angle, 0.5, sees_objects=True),)) for robot in world.robots)
+    generator = np.random.default_rng(3)
+    count = 2000
+    simulation = Simulation(dataclasses.replace(world, robots=robots, objects=(item,)), count)
+    simulation.poses[:, 0] = [0.85, 0.7, 0.0]
+    simulation.poses[:, 0, 2] = generator.uniform(-7, 7, count)
+    distance, bearing = generator.uniform(0.0, 0.6, count), generator.uniform(-np.pi, np.pi, count)
+    boxes = simulation.state.objects[:, 0]
+    boxes[:, 0], boxes[:, 1] = 0.85 + distance * np.cos(bearing), 0.7 + distance * np.sin(bearing)
+    boxes[:, 2] = generator.uniform(-7, 7, count)
+    simulation.observe()
+    tried = 0
+    for k in range(count):
+        turned = shapely.affinity.rotate(shapely.box(-0.15, -0.05, 0.15, 0.05), boxes[k, 2], use_radians=True)
+        outline = shapely.affinity.translate(turned, *boxes[k, :2])
+        view = sector(simulation.poses[k, 0], half_angle, 2.0)
+        expected = {bool(view.intersects(outline.buffer(margin))) and distance[k] <= 0.5 for margin in (-1e-3, 1e-3)}
+        if len(expected) == 1:  # not on the sector's edge
+            tried += 1
+            assert simulation.detections[k, 0] == expected.pop(), k
+    assert tried > 0.9 * count
+    assert 0.02 < simulation.detections.mean() < 0.95
+
+
+def test_a_box_half_hidden_is_seen_and_one_wholly_hidden_is_not() -> None:
+    world = load_world("hero_plus", num_robots=1)
+    robots = tuple(dataclasses.replace(r, sensors=(Sensor(0.3, 1.0, occlusion=True, sees_objects=True),)) for r in world.robots)
+    seen = []
+    for top in (0.7, 1.0):
+        wall = ((0.8, 0.3), (0.82, 0.3), (0.82, top), (0.8, top))
+        arena = dataclasses.replace(world.arena, obstacles=(Obstacle(wall),))
+        objects = (PushableObject("box", (0.1, 0.4), (1.1, 0.7, 0.0)),)
+        simulation = Simulation(dataclasses.replace(world, robots=robots, objects=objects, arena=arena), 1)
+        simulation.reset(0, initial_poses=np.array([[[0.5, 0.7, 0.0]]]))
+        seen.append(bool(simulation.detections[0, 0]))
+    assert seen == [True, False]
+
+
+@pytest.mark.parametrize("engine", ["chipmunk", "disc"])
+def test_any_recorded_frame_is_a_start(engine: str) -> None:
+    controllers = [[-0.09, -1.2, 0.0, -1.6], [0.09, 0.0, 0.09, 0.0]] * 4
+    frames = rollouts("hero_plus", controllers, steps=300, record_every=60, engine=engine).poses
+    for frame in range(frames.shape[1]):
+        again = rollouts("hero_plus", controllers, initial_poses=frames[:, frame], steps=0, engine=engine)
+        assert (again.poses[:, 0] == frames[:, frame]).all()
 
 
 @pytest.mark.parametrize("engine", ["chipmunk", "disc"])
