@@ -54,6 +54,8 @@ class NetworkSettings:
     """Whether numbers, or principal components, have mean 0 and standard deviation 1 over the dataset."""
     whiten_variance: float = number(0.01, 1.0, neutral=0.95)
     """Share of the variance that the principal components hold which ``pca`` keeps."""
+    metrics: float = number(0.0, neutral=0.0)
+    """Weight of the five hand-crafted metrics beside the embedding: with 1 both vary as much over the dataset, 0 leaves them out."""
 
 
 @dataclass

@@ -28,4 +28,4 @@ def fit_simclr(folder: RunFolder, dataset: Dataset) -> Fitted:
         network, losses = training.network, training.losses
         done = f"SimCLR on {len(dataset.videos)} videos, {len(losses)} steps, {describe(losses)}" if losses else "no steps"
         save_network(folder, network, origin, losses)
-    return Fitted(fit_look(folder, network, dataset.videos), origin, losses, LOSS, done)
+    return Fitted(fit_look(folder, network, dataset), origin, losses, LOSS, done)

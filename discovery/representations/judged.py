@@ -37,7 +37,7 @@ def fit_triplet(folder: RunFolder, dataset: Dataset) -> Fitted:
         network, losses = training.network, training.losses
         done = f"triplets on {len(judgements.triples)} answers, {len(losses)} steps, {describe(losses)}"
         save_network(folder, network, origin, losses)
-    return Fitted(fit_look(folder, network, dataset.videos), origin, losses, "triplet margin loss (distance)", done)
+    return Fitted(fit_look(folder, network, dataset), origin, losses, "triplet margin loss (distance)", done)
 
 
 def judge(folder: RunFolder, dataset: Dataset) -> Judgements:

@@ -19,4 +19,4 @@ def fit_untrained(folder: RunFolder, dataset: Dataset) -> Fitted:
         origin, start = starting_weights(folder)
         network = make_network(folder.settings.dataset.frames, whole_seed(folder.settings.seed, "network"), start)
         save_network(folder, network, origin, [])
-    return Fitted(fit_look(folder, network, dataset.videos), f"{origin}, and was not trained", done="a ResNet18 that is not trained")
+    return Fitted(fit_look(folder, network, dataset), f"{origin}, and was not trained", done="a ResNet18 that is not trained")

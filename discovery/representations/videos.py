@@ -8,8 +8,10 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
+from discovery.dataset import Dataset
 from discovery.errors import DiscoveryError
 from discovery.filming import film
+from discovery.representations.beside import METRICS, Beside, fit_beside
 from discovery.representations.compute import Compute, choose_compute
 from discovery.representations.encoder import Encoder, load_arrays, make_network, state_arrays
 from discovery.representations.imagenet import NoWeightsError, imagenet_weights
@@ -17,12 +19,13 @@ from discovery.representations.whitening import Whitening, fit_whitening
 from discovery.run_folder import ENCODER, RunFolder
 from discovery.settings import DatasetSettings
 from discovery.tensor_file import TensorFile
+from swarm_envs.metrics import hand_crafted
 from swarm_envs.simulation import Trajectories
 
-Videos = npt.NDArray[np.uint8]
-"""(N, frames, size, size)"""
 WHITENING = "whitening.safetensors"
 """File of the run folder with what brings embeddings to a common scale."""
+BESIDE = "beside.safetensors"
+"""File of the run folder with the scales of embeddings and of the metrics beside them."""
 
 
 class EncoderSettings(Protocol):
@@ -33,20 +36,22 @@ class EncoderSettings(Protocol):
     symmetries: int
     whiten: str
     whiten_variance: float
+    metrics: float
     device: str
     precision: str
 
 
 class VideoRepresentation:
-    """Embeds the greyscale video of a rollout with an encoder."""
+    """Embeds the greyscale video of a rollout with an encoder, and may put its hand-crafted metrics beside."""
 
-    def __init__(self, encoder: Encoder, shape: DatasetSettings) -> None:
-        self.encoder, self.shape = encoder, shape
-        self.dimension = encoder.dimension
+    def __init__(self, encoder: Encoder, shape: DatasetSettings, beside: Beside | None = None) -> None:
+        self.encoder, self.shape, self.beside = encoder, shape, beside
+        self.dimension = encoder.dimension + (0 if beside is None else METRICS)
 
     def embed(self, trajectories: Trajectories) -> npt.NDArray[np.float32]:
         """Render and embed each rollout: (W, dimension)."""
-        return self.encoder(film(trajectories, self.shape))
+        seen = self.encoder(film(trajectories, self.shape))
+        return seen if self.beside is None else self.beside(seen, hand_crafted(trajectories))
 
 
 def compute_of(settings: EncoderSettings) -> Compute:
@@ -54,24 +59,32 @@ def compute_of(settings: EncoderSettings) -> Compute:
     return choose_compute(settings.device, settings.precision)
 
 
-def fit_look(folder: RunFolder, network: torch.nn.Module, videos: Videos) -> VideoRepresentation:
-    """Return the representation that a network gives to the videos of a run, whitened over the dataset's when the settings ask for it."""
+def fit_look(folder: RunFolder, network: torch.nn.Module, dataset: Dataset) -> VideoRepresentation:
+    """Return the representation that a network gives to the videos of a run, brought to scale over the dataset's as the settings ask."""
     settings: EncoderSettings = folder.settings.representation
-    compute, whitening = compute_of(settings), None
+    compute, whitening, beside = compute_of(settings), None, None
     if settings.whiten != "none":
         folder.forget_damaged(WHITENING)
         whitening = saved_whitening(folder)
         if whitening is None:
-            whitening = fit_whitening(_look(folder, network, compute)(videos, progress=True), settings.whiten, settings.whiten_variance)
+            plain = _look(folder, network, compute)(dataset.videos, progress=True)
+            whitening = fit_whitening(plain, settings.whiten, settings.whiten_variance)
             folder.write_tensors(WHITENING, {"mean": whitening.mean, "directions": whitening.directions}, {"method": settings.whiten})
-    return VideoRepresentation(_look(folder, network, compute, whitening, settings.normalise), folder.settings.dataset)
+    look = _look(folder, network, compute, whitening, settings.normalise)
+    if settings.metrics > 0.0:
+        folder.forget_damaged(BESIDE)
+        beside = saved_beside(folder)
+        if beside is None:
+            beside = fit_beside(look(dataset.videos, progress=True), dataset.metrics, settings.metrics)
+            folder.write_tensors(BESIDE, {"scales": np.array([beside.embedding, beside.metrics])}, {"weight": settings.metrics})
+    return VideoRepresentation(look, folder.settings.dataset, beside)
 
 
 def load_videos(folder: RunFolder) -> VideoRepresentation:
     """Return a finished run's representation; one that was made on a GPU is read where there is none, too.
 
     Raises:
-        DiscoveryError: When the folder lacks the encoder or what whitens its embeddings, or they are damaged.
+        DiscoveryError: When the folder lacks the encoder, what whitens its embeddings or what scales them, or they are damaged.
     """
     found = saved_network(folder)
     if found is None:
@@ -81,13 +94,22 @@ def load_videos(folder: RunFolder) -> VideoRepresentation:
     whitening = saved_whitening(folder)
     if whitening is None and settings.whiten != "none":
         raise DiscoveryError(f"{folder.path / WHITENING}: there is none, though the run whitened its embeddings")
-    return VideoRepresentation(_look(folder, found[0], compute, whitening, settings.normalise), folder.settings.dataset)
+    beside = saved_beside(folder)
+    if beside is None and settings.metrics > 0.0:
+        raise DiscoveryError(f"{folder.path / BESIDE}: there is none, though the run put metrics beside its embeddings")
+    return VideoRepresentation(_look(folder, found[0], compute, whitening, settings.normalise), folder.settings.dataset, beside)
 
 
 def saved_whitening(folder: RunFolder) -> Whitening | None:
     """Return the whitening that the folder holds already."""
     saved = folder.read_tensors(WHITENING)
     return None if saved is None else Whitening(saved.tensors["mean"], saved.tensors["directions"])
+
+
+def saved_beside(folder: RunFolder) -> Beside | None:
+    """Return the scales that the folder holds already."""
+    saved = folder.read_tensors(BESIDE)
+    return None if saved is None else Beside(*saved.tensors["scales"].tolist())
 
 
 def _look(
@@ -110,6 +132,7 @@ def save_network(folder: RunFolder, network: torch.nn.Module, origin: str, losse
     """Write the encoder, and forget what was made with an earlier one that was refused."""
     shape = folder.settings.dataset
     folder.remove(WHITENING)
+    folder.remove(BESIDE)
     facts = {"architecture": "resnet18", "frames": shape.frames, "size": shape.size, "origin": origin, "losses": losses}
     folder.write_tensors(ENCODER, state_arrays(network), facts)
 

@@ -25,6 +25,7 @@ from discovery.evaluation.study.running import check_folders, finished, run_all
 from discovery.evaluation.study.weights import without_weights
 from discovery.run_folder import make_folder, open_folder
 from discovery.settings import to_yaml
+from discovery.stability import STARTS
 from tests.discovery.tiny_run import SHORT, SIMCLR
 
 BRIEF = [*SIMCLR, "representation.epochs=1", "representation.checkpoint_seconds=60"]
@@ -100,7 +101,10 @@ def test_the_projects_own_plan_is_made_of_settings_that_there_are() -> None:
     plan = read_plan(STUDY, "quick")
     runs = plan_runs(plan, plan.entries, 5, Path("out"), 2)
     assert len(runs) == 5 * len(plan.entries)
-    assert {each.settings.search.population * each.settings.search.generations for each in runs} == {5000}, "the paper's budget"
+    for each in runs:  # the paper's budget, and it is said where more is spent
+        search, clustering = each.settings.search, each.settings.clustering
+        spent = search.population * search.generations + clustering.medoids * clustering.stable * STARTS
+        assert spent == 5000 or (spent == 5300 and "300 runs beyond the budget" in each.entry.tries), each.entry.name
     assert {each.settings.clustering.medoids for each in runs} == {10}
     first = [each for each in runs if each.seed == 0]
     assert {each.entry.name: each.settings.representation.method for each in first if each.entry.kind == "representations"} == {

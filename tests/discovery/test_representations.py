@@ -20,10 +20,11 @@ from discovery.filming import film
 from discovery.judgements import Judgements, fingerprint, read_judgements, simulate_annotator, write_judgements
 from discovery.representations import METHODS, fit
 from discovery.representations.judged import JUDGEMENTS, learn
-from discovery.representations.videos import WHITENING
+from discovery.representations.videos import BESIDE, WHITENING, VideoRepresentation
 from discovery.run_folder import ARCHIVE, ENCODER, make_folder, open_folder
 from discovery.settings import REPRESENTATIONS, Settings, to_yaml
 from discovery.simulate import Simulator
+from swarm_envs.metrics import hand_crafted
 from swarm_envs.rendering import trails, videos
 from swarm_envs.worlds import load_world
 from tests.discovery.tiny_run import tiny
@@ -105,7 +106,7 @@ def test_triplet_learning_that_was_stopped_ends_with_the_same_bits(
 
 WHITENED = (
     "representation.symmetries=4", "representation.whiten=pca", "representation.whiten_variance=0.9", "representation.normalise=true",
-    "dataset.trail=true", "dataset.frames=2",
+    "representation.metrics=2", "dataset.trail=true", "dataset.frames=2",
 )  # fmt: skip
 
 
@@ -123,17 +124,39 @@ def test_a_run_with_every_option_is_read_back_with_the_embeddings_that_it_had(wh
     rollouts = Simulator(load_world("hero_plus"), "chipmunk", 120, 1)(found.archive.controllers[first], int(found.archive.world_seed[0]))
     assert found.representation.dimension == found.embeddings.shape[1] < 24, "fewer components than videos"
     np.testing.assert_array_equal(found.representation.embed(rollouts), found.embeddings[first])
-    np.testing.assert_allclose(np.linalg.norm(found.embeddings, axis=1), 1.0, rtol=1e-5)
+    seen, metrics = found.embeddings[:, :-5], found.embeddings[:, -5:]
+    lengths = np.linalg.norm(seen, axis=1)
+    np.testing.assert_allclose(lengths, lengths[0], rtol=1e-5)
+    ratio = hand_crafted(rollouts) / metrics[first]
+    np.testing.assert_allclose(ratio, ratio[0, 0], rtol=1e-5)
+
+
+def test_metrics_beside_an_embedding_vary_over_the_dataset_as_much_as_their_weight_says(whitened: Path) -> None:
+    folder = open_folder(whitened)
+    dataset = make_dataset(folder, Simulator(load_world("hero_plus"), "chipmunk", 120, 1))
+    found = load_run(whitened).representation
+    assert isinstance(found, VideoRepresentation)
+    assert found.beside is not None
+    joined = found.beside(found.encoder(dataset.videos), dataset.metrics)
+    seen, metrics = (np.sqrt(part.var(axis=0).sum()) for part in (joined[:, :-5], joined[:, -5:]))
+    assert seen == pytest.approx(1.0, rel=1e-4)
+    assert metrics == pytest.approx(2.0, rel=1e-4)
+
+
+def test_a_trail_is_drawn_into_the_pictures_that_an_encoder_sees(whitened: Path) -> None:
+    found = load_run(whitened)
+    rollouts = Simulator(load_world("hero_plus"), "chipmunk", 120, 1)(found.archive.controllers[:2], 0)
     np.testing.assert_array_equal(film(rollouts, found.settings.dataset), np.maximum(videos(rollouts, 2), trails(rollouts, 2)))
 
 
-def test_a_run_that_was_stopped_before_its_whitening_was_saved_ends_with_the_same_bits(
-    whitened: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("file", [WHITENING, BESIDE])
+def test_a_run_that_was_stopped_before_its_scales_were_saved_ends_with_the_same_bits(
+    file: str, whitened: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path, replace = tmp_path / "stopped", atomic.os.replace
 
     def stopping(source: Path, target: Path) -> None:
-        if Path(target).name == WHITENING:
+        if Path(target).name == file:
             raise Stopped(signal.SIGINT)
         replace(source, target)
 
@@ -143,35 +166,36 @@ def test_a_run_that_was_stopped_before_its_whitening_was_saved_ends_with_the_sam
             run(small("random", f"folder={path}", *WHITENED), given=True, opened=Opened())
     assert (path / ENCODER).exists()
     run(small("random", f"resume={path}", *WHITENED), given=False, opened=Opened())
-    for name in (ARCHIVE, ENCODER, WHITENING):
+    for name in (ARCHIVE, ENCODER, WHITENING, BESIDE):
         assert (path / name).read_bytes() == (whitened / name).read_bytes()
 
 
-def test_a_damaged_whitening_is_refused_and_computed_again_by_a_run_but_not_by_a_reader(
-    whitened: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize("file", [WHITENING, BESIDE])
+def test_damaged_scales_are_refused_and_computed_again_by_a_run_but_not_by_a_reader(
+    file: str, whitened: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "damaged"
     shutil.copytree(whitened, path)
-    content = (path / WHITENING).read_bytes()
-    (path / WHITENING).write_bytes(content[:-1] + bytes([content[-1] ^ 1]))
-    with pytest.raises(DiscoveryError, match=r"whitening\.safetensors: its checksum does not match"):
+    content = (path / file).read_bytes()
+    (path / file).write_bytes(content[:-1] + bytes([content[-1] ^ 1]))
+    with pytest.raises(DiscoveryError, match=rf"{file}: its checksum does not match"):
         _ = load_run(path).representation
     folder = open_folder(path)
     fit(folder, make_dataset(folder, Simulator(load_world("hero_plus"), "chipmunk", 120, 1)))
     assert "its checksum does not match its content; making it again" in capsys.readouterr().err
-    assert (path / WHITENING).read_bytes() == content
-    (path / WHITENING).unlink()
-    with pytest.raises(DiscoveryError, match=r"whitening\.safetensors: there is none"):
+    assert (path / file).read_bytes() == content
+    (path / file).unlink()
+    with pytest.raises(DiscoveryError, match=rf"{file}: there is none"):
         _ = load_run(path).representation
 
 
 def test_settings_that_came_later_are_not_written_while_neutral_so_that_earlier_runs_keep_their_identity() -> None:
     for name in ("simclr_quick", "triplet", "random"):
         neutral = to_yaml(tiny(f"representation={name}", "dataset.videos=100", simclr=False))
-        for later in ("symmetries", "whiten", "trail"):
+        for later in ("symmetries", "whiten", "trail", "metrics"):
             assert later not in neutral
     config = to_yaml(small("random", *WHITENED))
-    for line in ("symmetries: 4", "whiten: pca", "whiten_variance: 0.9", "trail: true"):
+    for line in ("symmetries: 4", "whiten: pca", "whiten_variance: 0.9", "metrics: 2.0", "trail: true"):
         assert line in config
 
 
@@ -181,6 +205,7 @@ def test_settings_that_came_later_are_not_written_while_neutral_so_that_earlier_
         ("representation.symmetries=2", "given 2, expected 1 or 4 or 8"),
         ("representation.whiten=zca", "given 'zca', expected none or standardise or pca"),
         ("representation.whiten_variance=0", r"given 0\.0, expected a number from 0\.01 to 1"),
+        ("representation.metrics=-1", r"given -1\.0, expected a number"),
         ("dataset.trail=maybe", "dataset.trail"),
     ],
 )
