@@ -136,6 +136,7 @@ def test_a_mistake_in_the_plan_is_one_line_before_anything_runs(tmp_path: Path, 
         (PLAN.replace("name: six", "name: six/seven"), "it names a folder"),
         (PLAN.replace("worlds_with: simclr", "worlds_with: nobody"), "not a plan"),
         (PLAN.replace("overrides: [clustering.medoids=6]", "overrides: clustering.medoids=6"), "expected a list of settings"),
+        (PLAN.replace("name: six", "on: simclr\n    name: six"), "variant 'six' says 'True', expected name, overrides"),  # YAML's on
         (PLAN.replace("starts: 3\n", ""), "expected the keys all, representations, starts"),
         ("- [", "not readable"),
     ):

@@ -21,6 +21,8 @@ SIZES = ("quick", "paper")
 """How much training: ``quick`` takes minutes a run, ``paper`` every number of the paper."""
 KEYS = {"all", "representations", "worlds", "worlds_with", "target", "starts", "test_set", "variants"}
 """What a plan file says."""
+VARIANT_KEYS = {"name", "tries", "representation", "overrides"}
+"""What it says of a variant."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +93,9 @@ def read_plan(path: Path, size: str) -> Plan:
         base = chosen[content["worlds_with"]]
         entries += [Entry(name, "worlds", (*base, f"world={name}")) for name in content["worlds"]]
         for each in content["variants"] or []:
-            words = (*chosen[each.get("on", content["worlds_with"])], *_of_size(each["overrides"], size))
+            if unknown := sorted(map(str, set(each) - VARIANT_KEYS)):
+                raise ValueError(f"variant {each.get('name')!r} says {unknown[0]!r}, expected {', '.join(sorted(VARIANT_KEYS))}")
+            words = (*chosen[each.get("representation", content["worlds_with"])], *_of_size(each["overrides"], size))
             entries.append(Entry(each["name"], "variants", words, each.get("tries", "")))
         plan = Plan(
             size, tuple(entries), _of_size(content["all"], size), content["target"], content["worlds_with"], int(content["starts"]),
