@@ -441,7 +441,8 @@ def solve(duration: float, scratch: Scratch, count: int, tolerance: float) -> bo
     Returns:
         Whether any contact had to push.
     """
-    velocity, contacts, partners = scratch.velocity, scratch.contacts, scratch.partners
+    velocity, contacts, partners, moved = scratch.velocity, scratch.contacts, scratch.partners, scratch.moved
+    wall = moved.shape[0] - 1
     pushes = False
     for k in range(count):
         opening = opening_speed(velocity, contacts, partners, k)
@@ -456,22 +457,23 @@ def solve(duration: float, scratch: Scratch, count: int, tolerance: float) -> bo
     for k in range(count):
         if contacts[k, PUSH] > 0.0:
             push(velocity, contacts, partners, k, contacts[k, PUSH], contacts[k, DRAG])
-    for number in range(MAX_ITERATIONS):
-        share = OVER if 0 < number < OVER_PASSES else 1.0
+    # in a large swarm piles settle one after the other; in a small one looking who has settled costs more than it saves
+    many = moved.shape[0] > LARGE
+    if many:
+        for i in range(moved.shape[0]):
+            moved[i] = 0
+    for number in range(1, MAX_ITERATIONS + 1):
+        share = OVER if 1 < number < OVER_PASSES else 1.0
         change = 0.0
         for k in range(count):
-            before = contacts[k, PUSH]
             i, j = partners[k, 0], partners[k, 1]
+            if many and moved[i] < number - 1 and moved[j] < number - 1:
+                continue  # nobody has pushed either since they were last looked at
+            before = contacts[k, PUSH]
             nx, ny, light, other_light = contacts[k, NORMAL_X], contacts[k, NORMAL_Y], contacts[k, FIRST_LIGHT], contacts[k, SECOND_LIGHT]
             # read once: the compiler cannot know that what is written below is not what is read again
-            ix, iy, spin, jx, jy, other_spin = (
-                velocity[i, 0],
-                velocity[i, 1],
-                velocity[i, 2],
-                velocity[j, 0],
-                velocity[j, 1],
-                velocity[j, 2],
-            )
+            ix, iy, spin = velocity[i, 0], velocity[i, 1], velocity[i, 2]
+            jx, jy, other_spin = velocity[j, 0], velocity[j, 1], velocity[j, 2]
             vx, vy = jx - ix, jy - iy
             pushed = max(0.0, before + share * (contacts[k, TARGET] - (vx * nx + vy * ny)) * contacts[k, MASS_ALONG])
             if pushed == 0.0 and before == 0.0:
@@ -488,8 +490,13 @@ def solve(duration: float, scratch: Scratch, count: int, tolerance: float) -> bo
             velocity[j, 2] = other_spin - contacts[k, SECOND_SPIN] * across
             lightness = light + other_light
             spinning = contacts[k, FIRST_RADIUS] * contacts[k, FIRST_SPIN] + contacts[k, SECOND_RADIUS] * contacts[k, SECOND_SPIN]
-            change = max(change, abs(along) * lightness, abs(across) * (lightness + spinning))
-        if change * duration < tolerance:
+            by = max(abs(along) * lightness, abs(across) * (lightness + spinning)) * duration
+            change = max(change, by)
+            if many and by >= tolerance:
+                moved[i] = number
+                if j != wall:
+                    moved[j] = number
+        if change < tolerance:
             break
     return True
 

@@ -29,6 +29,8 @@ class Scratch(NamedTuple):
     """(R, 3) velocities that the robots wish."""
     place: IntArray
     """(R,) how a robot is solved: see the disc engine."""
+    moved: IntArray
+    """(R + 1,) number of the pass in which contact last moved each robot, 0 of the walls: see the disc engine."""
 
 
 # Rows of Scratch.columns.
@@ -45,4 +47,5 @@ def scratch_for(robots: int, contacts: int, width: int) -> Scratch:
         commands=np.zeros((robots, 2)),
         free=np.zeros((robots, 3)),
         place=np.zeros(robots, np.int64),
+        moved=np.zeros(robots + 1, np.int64),
     )

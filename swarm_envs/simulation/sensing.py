@@ -309,7 +309,8 @@ def sense_with_grid(world: WorldArrays, state: StateArrays, w: int) -> None:
         largest = max(largest, world.robots[i, p.VISIBLE_RADIUS])
     near = np.empty(count, np.int64)
     for i in range(count):
-        left, bottom, right, top = sectors_box(world, poses, i)
+        cosine, sine = cos_sin(poses[i, 2])
+        left, bottom, right, top = sectors_box(world, poses, i, cosine, sine)
         first_column = max(0, math.floor((left - largest - low_x) / cell))
         last_column = min(columns - 1, math.floor((right + largest - low_x) / cell))
         first_row = max(0, math.floor((bottom - largest - low_y) / cell))
@@ -319,12 +320,36 @@ def sense_with_grid(world: WorldArrays, state: StateArrays, w: int) -> None:
             for k in range(first[r * columns + first_column], first[r * columns + last_column + 1]):
                 near[found] = order[k]
                 found += 1
-        read_sensors(world, state, w, i, near, found)
+        if not world.ideal_sensing:
+            read_sensors(world, state, w, i, near, found)
+            continue
+        for s in range(int(world.robots[i, p.NUM_SENSORS])):
+            sensor = world.sensors[i, s]
+            ax = cosine * sensor[p.COS_BEARING] - sine * sensor[p.SIN_BEARING]
+            ay = sine * sensor[p.COS_BEARING] + cosine * sensor[p.SIN_BEARING]
+            cos_half, sin_half, reach = sensor[p.COS_HALF_ANGLE], sensor[p.SIN_HALF_ANGLE], sensor[p.SENSOR_RANGE]
+            seen = False
+            for k in range(found):
+                j = near[k]
+                dx, dy = poses[j, 0] - poses[i, 0], poses[j, 1] - poses[i, 1]
+                radius = world.robots[j, p.VISIBLE_RADIUS]
+                if meets_sector(ax * dx + ay * dy, abs(ax * dy - ay * dx), cos_half, sin_half, reach, radius) and j != i:
+                    seen = True
+                    break
+            state.detections[w, i, s] = seen
 
 
 @compiled(_nrt=False)
-def sectors_box(world: WorldArrays, poses: FloatArray, i: int) -> tuple[float, float, float, float]:
-    """Return a box (left, bottom, right, top) in m that holds every sector of robot ``i``; no larger than the circle of its range."""
+def sectors_box(world: WorldArrays, poses: FloatArray, i: int, cosine: float, sine: float) -> tuple[float, float, float, float]:
+    """Return a box (left, bottom, right, top) in m that holds every sector of robot ``i``; no larger than the circle of its range.
+
+    Args:
+        world: Parameters.
+        poses: (R, 3).
+        i: Index of the robot.
+        cosine: Of its heading.
+        sine: Of its heading.
+    """
     x, y = poses[i, 0], poses[i, 1]
     left, bottom, right, top = x, y, x, y
     for s in range(int(world.robots[i, p.NUM_SENSORS])):
@@ -334,7 +359,6 @@ def sectors_box(world: WorldArrays, poses: FloatArray, i: int) -> tuple[float, f
             left, right, bottom, top = min(left, x - reach), max(right, x + reach), min(bottom, y - reach), max(top, y + reach)
             continue
         bulge = reach * (1.0 - sensor[p.COS_HALF_ANGLE])  # the arc lies no further beyond its chord
-        cosine, sine = cos_sin(poses[i, 2])
         ax = reach * (cosine * sensor[p.COS_BEARING] - sine * sensor[p.SIN_BEARING])
         ay = reach * (sine * sensor[p.COS_BEARING] + cosine * sensor[p.SIN_BEARING])
         cos_half, sin_half = sensor[p.COS_HALF_ANGLE], sensor[p.SIN_HALF_ANGLE]
