@@ -52,7 +52,7 @@ paper-study: $(VENV)/installed-discovery
 	@$(BIN)/python -m discovery.evaluation study $(ARGS)
 
 calibration-study: $(VENV)/installed-dev
-	@$(BIN)/python -m tests.calibration.study --seed 53 --singles 100 --pairs 60 --nulls 60 --unlisted 15 --out build/calibration-study --page docs/studies/calibration_study.md
+	@$(BIN)/python -m tests.calibration.study --seed 67 --singles 100 --pairs 100 --nulls 100 --unlisted 45 --out build/calibration-study --page docs/studies/calibration_study.md
 
 firmware: $(VENV)/installed-dev
 	$(BIN)/python -m hero_firmware.build --sizes

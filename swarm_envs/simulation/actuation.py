@@ -15,7 +15,7 @@ import numpy as np
 from swarm_envs.compiled import compiled
 from swarm_envs.simulation import parameters as p
 from swarm_envs.simulation import scratch as m
-from swarm_envs.simulation.parameters import FloatArray, WorldArrays
+from swarm_envs.simulation.parameters import Asked, FloatArray, WorldArrays
 from swarm_envs.simulation.randomness import STREAM_COMMAND_LOSS, STREAM_START_KICK, normal, uniform
 from swarm_envs.simulation.scratch import Scratch
 from swarm_envs.simulation.state import StateArrays
@@ -46,7 +46,7 @@ def give_commands(world: WorldArrays, state: StateArrays, w: int, commands: Floa
 
 
 @compiled(forceinline=True, _nrt=False)
-def drive(world: WorldArrays, state: StateArrays, w: int, begin: float, end: float, wish: FloatArray) -> None:
+def drive(world: WorldArrays, state: StateArrays, w: int, begin: float, end: float, wish: FloatArray, effects: Asked) -> None:
     """Write the velocity with which each robot would cover [begin, end] of this tick without contact.
 
     Args:
@@ -56,9 +56,10 @@ def drive(world: WorldArrays, state: StateArrays, w: int, begin: float, end: flo
         begin: Share of the tick that has passed, 0 to 1.
         end: Share of the tick at the end of the interval, 0 to 1.
         wish: (R, 3) written: mean vx and vy in m/s in the arena frame (displacement over duration) and omega in rad/s.
+        effects: None for a world without effects.
     """
     for i in range(wish.shape[0]):
-        drive_robot(world, state, w, i, begin, end, wish)
+        drive_robot(world, state, w, i, begin, end, wish, effects)
 
 
 @compiled(forceinline=True, _nrt=False)
@@ -78,9 +79,9 @@ def drive_ideally(world: WorldArrays, state: StateArrays, w: int, scratch: Scrat
 
 
 @compiled(forceinline=True, _nrt=False)
-def drive_robot(world: WorldArrays, state: StateArrays, w: int, i: int, begin: float, end: float, wish: FloatArray) -> None:
+def drive_robot(world: WorldArrays, state: StateArrays, w: int, i: int, begin: float, end: float, wish: FloatArray, effects: Asked) -> None:
     """Write the velocity with which robot ``i`` would cover [begin, end] of this tick without contact; see :func:`drive`."""
-    if world.ideal_drive:
+    if effects is None or world.ideal_drive:
         v, omega = state.held[w, i, 0], state.held[w, i, 1]
         half_turn = 0.5 * omega * (end - begin) * world.tick
         c, s = cos_sin(state.poses[w, i, 2] + half_turn)

@@ -38,7 +38,7 @@ from swarm_envs.simulation.chipmunk_calls import (
     function_addresses,
     stay,
 )
-from swarm_envs.simulation.parameters import FloatArray, WorldArrays, compile_world
+from swarm_envs.simulation.parameters import Asked, FloatArray, WorldArrays, compile_world
 from swarm_envs.simulation.state import StateArrays
 from swarm_envs.simulation.touching import (
     HELD,
@@ -217,7 +217,7 @@ def _add_walls(space: pymunk.Space, world: WorldSpec) -> None:
 
 
 @compiled(inline="always", _nrt=False)
-def advance(world: WorldArrays, state: StateArrays, spaces: SpaceArrays, w: int, wish: FloatArray) -> None:
+def advance(world: WorldArrays, state: StateArrays, spaces: SpaceArrays, w: int, wish: FloatArray, effects: Asked) -> None:
     """Move the robots and objects of world ``w`` through one tick with contact; ``wish`` (R, 3) is scratch."""
     handles = spaces.handles[w]
     counters = spaces.counters[w]
@@ -241,7 +241,7 @@ def advance(world: WorldArrays, state: StateArrays, spaces: SpaceArrays, w: int,
             if touch * LATTICE < (until - at) * world.tick:
                 until = at + int(touch / world.tick * LATTICE) + 1
         duration = (until - at) * world.tick / LATTICE
-        drive(world, state, w, at / LATTICE, until / LATTICE, wish)
+        drive(world, state, w, at / LATTICE, until / LATTICE, wish, effects)
         turn_to_middle(wish, motion, duration)
         ahead = 0.5 * duration if known and still_touch(world, state.poses[w], motion, 0.5 * duration) else 0.0
         write_bodies(world, state, w, wish, motion, ahead, spaces.set_values[w])

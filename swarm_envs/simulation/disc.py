@@ -22,7 +22,7 @@ from swarm_envs.simulation import parameters as p
 from swarm_envs.simulation import scratch as m
 from swarm_envs.simulation.actuation import drive_ideally, drive_robot
 from swarm_envs.simulation.grid import bins, bounds
-from swarm_envs.simulation.parameters import FloatArray, WorldArrays
+from swarm_envs.simulation.parameters import Asked, FloatArray, WorldArrays
 from swarm_envs.simulation.scratch import IntArray, Scratch, scratch_for
 from swarm_envs.simulation.state import StateArrays
 from swarm_envs.simulation.touching import LARGE
@@ -37,8 +37,6 @@ TOLERANCE = 1e-4
 """Passes end when none changed a closing distance by more than this many metres."""
 LATTICE = p.MICRO_STEPS
 """A tick is divided only on this lattice."""
-GRID_FROM = 40
-"""With this many robots or more, pairs are found through a grid."""
 TOUCHING = 1e-6
 """A gap in m that counts as closed already: no part of a tick begins with its closing."""
 
@@ -70,48 +68,48 @@ NOWHERE = 1e9
 
 
 @compiled(inline="always", _nrt=False)
-def advance(world: WorldArrays, state: StateArrays, w: int, scratch: Scratch) -> None:
+def advance(world: WorldArrays, state: StateArrays, w: int, scratch: Scratch, effects: Asked, grid: Asked) -> None:
     """Move the robots of world ``w`` through one tick with contact; ``poses`` of the state change."""
     poses = state.poses[w]
-    count = find_contacts(world, poses, scratch)
-    if world.ideal_drive:
+    count = find_contacts(world, poses, scratch, grid)
+    if effects is None or world.ideal_drive:
         drive_ideally(world, state, w, scratch)
     if count > 0:
-        advance_touching(world, state, w, scratch, count)
+        advance_touching(world, state, w, scratch, count, effects)
     else:
         for i in range(poses.shape[0]):
-            move_freely(world, state, w, i, scratch)
+            move_freely(world, state, w, i, scratch, effects)
 
 
 @compiled(forceinline=True, _nrt=False)
-def move_freely(world: WorldArrays, state: StateArrays, w: int, i: int, scratch: Scratch) -> None:
+def move_freely(world: WorldArrays, state: StateArrays, w: int, i: int, scratch: Scratch, effects: Asked) -> None:
     """Move one robot through a tick without contact."""
     wish = scratch.free
-    if not world.ideal_drive:
-        drive_robot(world, state, w, i, 0.0, 1.0, wish)
+    if effects is not None and not world.ideal_drive:
+        drive_robot(world, state, w, i, 0.0, 1.0, wish, effects)
     for k in range(3):
         state.poses[w, i, k] += wish[i, k] * world.tick
 
 
 @compiled(forceinline=True, _nrt=False)
-def drive_part(world: WorldArrays, state: StateArrays, w: int, i: int, at: int, until: int, scratch: Scratch) -> None:
+def drive_part(world: WorldArrays, state: StateArrays, w: int, i: int, at: int, until: int, scratch: Scratch, effects: Asked) -> None:
     """Write into ``scratch.free`` with which velocity robot ``i`` would cover a part of the tick without contact."""
     # the whole tick of an ideal drive is there already
-    if not (world.ideal_drive and until - at == LATTICE):
-        drive_robot(world, state, w, i, at / LATTICE, until / LATTICE, scratch.free)
+    if until - at < LATTICE or (effects is not None and not world.ideal_drive):
+        drive_robot(world, state, w, i, at / LATTICE, until / LATTICE, scratch.free, effects)
 
 
 @compiled(forceinline=True, _nrt=False)
-def foreseen(world: WorldArrays, state: StateArrays, w: int, i: int, scratch: Scratch) -> tuple[float, float]:
+def foreseen(world: WorldArrays, state: StateArrays, w: int, i: int, scratch: Scratch, effects: Asked) -> tuple[float, float]:
     """Velocity with which robot ``i`` sets out on a tick: an ideal drive's mean one, else where it is heading as fast as it goes."""
-    if world.ideal_drive:
+    if effects is None or world.ideal_drive:
         return scratch.free[i, 0], scratch.free[i, 1]
     c, s = cos_sin(state.poses[w, i, 2])
     return state.motion[w, i, 0] * c, state.motion[w, i, 0] * s
 
 
 @compiled(_nrt=False)
-def advance_touching(world: WorldArrays, state: StateArrays, w: int, scratch: Scratch, count: int) -> None:
+def advance_touching(world: WorldArrays, state: StateArrays, w: int, scratch: Scratch, count: int, effects: Asked) -> None:
     """Move the robots of world ``w`` through one tick in which ``count`` contacts could close."""
     place, partners = scratch.place, scratch.partners
     robots = place.shape[0]
@@ -126,11 +124,11 @@ def advance_touching(world: WorldArrays, state: StateArrays, w: int, scratch: Sc
     crowd = False
     for i in range(robots):
         if place[i] == FREE:
-            move_freely(world, state, w, i, scratch)
+            move_freely(world, state, w, i, scratch, effects)
         elif place[i] == CROWD:
             crowd = True
         else:
-            slide(world, state, w, i, scratch)
+            slide(world, state, w, i, scratch, effects)
     if crowd:
         kept = int(np.int64(0))  # a plain 0 is another type, for which callees would be compiled, too
         for k in range(count):
@@ -141,11 +139,11 @@ def advance_touching(world: WorldArrays, state: StateArrays, w: int, scratch: Sc
                     for c in range(3):
                         partners[kept, c] = partners[k, c]
                 kept += 1
-        advance_crowd(world, state, w, scratch, kept)
+        advance_crowd(world, state, w, scratch, kept, effects)
 
 
 @compiled(forceinline=True, _nrt=False)
-def slide(world: WorldArrays, state: StateArrays, w: int, i: int, scratch: Scratch) -> None:
+def slide(world: WorldArrays, state: StateArrays, w: int, i: int, scratch: Scratch, effects: Asked) -> None:
     """Move a robot with one wall near through a tick, in two parts where it first touches within it.
 
     A normal impulse does not change how fast the contact point slides, nor a tangential one how fast the gap closes:
@@ -158,12 +156,12 @@ def slide(world: WorldArrays, state: StateArrays, w: int, i: int, scratch: Scrat
     while at < LATTICE:
         until = LATTICE
         if at == 0 and gap > TOUCHING:
-            vx, vy = foreseen(world, state, w, i, scratch)
+            vx, vy = foreseen(world, state, w, i, scratch, effects)
             closing = vx * nx + vy * ny
             if closing * world.tick > gap:
                 first = int(gap / closing / world.tick * LATTICE)
                 until = first if first > 0 else LATTICE
-        drive_part(world, state, w, i, at, until, scratch)
+        drive_part(world, state, w, i, at, until, scratch, effects)
         duration = (until - at) * world.tick / LATTICE
         vx, vy, omega = wish[i, 0], wish[i, 1], wish[i, 2]
         closing = vx * nx + vy * ny
@@ -198,7 +196,7 @@ def slide_along(
 
 
 @compiled(forceinline=True, _nrt=False)
-def advance_crowd(world: WorldArrays, state: StateArrays, w: int, scratch: Scratch, count: int) -> None:
+def advance_crowd(world: WorldArrays, state: StateArrays, w: int, scratch: Scratch, count: int, effects: Asked) -> None:
     """Move the robots of the crowd through one tick, in two parts where some first touch within it."""
     poses, place, velocity, free = state.poses[w], scratch.place, scratch.velocity, scratch.free
     robots = place.shape[0]
@@ -209,11 +207,11 @@ def advance_crowd(world: WorldArrays, state: StateArrays, w: int, scratch: Scrat
             for k in range(count):
                 renew(world, poses, scratch, k)
         elif robots <= LARGE:
-            until = first_touch(world, state, w, scratch, count)
+            until = first_touch(world, state, w, scratch, count, effects)
         duration = (until - at) * world.tick / LATTICE
         for i in range(robots):
             if place[i] == CROWD:
-                drive_part(world, state, w, i, at, until, scratch)
+                drive_part(world, state, w, i, at, until, scratch, effects)
                 for k in range(3):
                     velocity[i, k] = free[i, k]
         if solve(duration, scratch, count, 5.0 * TOLERANCE):
@@ -230,7 +228,7 @@ def advance_crowd(world: WorldArrays, state: StateArrays, w: int, scratch: Scrat
 
 
 @compiled(forceinline=True, _nrt=False)
-def first_touch(world: WorldArrays, state: StateArrays, w: int, scratch: Scratch, count: int) -> int:
+def first_touch(world: WorldArrays, state: StateArrays, w: int, scratch: Scratch, count: int, effects: Asked) -> int:
     """Return the point of the tick's lattice at or before which contacts that are apart first touch, else the tick's end.
 
     Robots are taken to drive straight on; a touch before the lattice's first point divides nothing.
@@ -239,7 +237,7 @@ def first_touch(world: WorldArrays, state: StateArrays, w: int, scratch: Scratch
     robots = poses.shape[0]
     for i in range(robots):
         if scratch.place[i] == CROWD:
-            velocity[i, 0], velocity[i, 1] = foreseen(world, state, w, i, scratch)
+            velocity[i, 0], velocity[i, 1] = foreseen(world, state, w, i, scratch, effects)
     soonest = world.tick
     for k in range(count):
         i, j = scratch.partners[k, 0], scratch.partners[k, 1]
@@ -287,7 +285,7 @@ def to_middle(poses: FloatArray, duration: float, scratch: Scratch, count: int) 
 
 
 @compiled(forceinline=True, _nrt=False)
-def find_contacts(world: WorldArrays, poses: FloatArray, scratch: Scratch) -> int:
+def find_contacts(world: WorldArrays, poses: FloatArray, scratch: Scratch, grid: Asked) -> int:
     """Write every contact that could close within a tick; return their number."""
     robots, walls, columns = world.robots, world.walls, scratch.columns
     count = poses.shape[0]
@@ -295,7 +293,7 @@ def find_contacts(world: WorldArrays, poses: FloatArray, scratch: Scratch) -> in
         columns[m.X, i], columns[m.Y, i] = poses[i, 0], poses[i, 1]
         columns[m.NEAR, i] = robots[i, p.RADIUS] + world.reach
     found = int(np.int64(0))
-    if count >= GRID_FROM:
+    if grid is not None:
         found = find_pairs_with_grid(world, poses, scratch)
     else:
         for i in range(1, count):

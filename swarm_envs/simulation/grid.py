@@ -10,6 +10,9 @@ from swarm_envs.simulation.parameters import FloatArray
 
 IntArray = npt.NDArray[np.int64]
 
+GRID_FROM = 40
+"""With this many robots or more, neighbours are looked for in cells."""
+
 
 @compiled(_nrt=False)
 def bounds(poses: FloatArray) -> tuple[float, float, float, float]:

@@ -14,25 +14,23 @@ from swarm_envs.compiled import compiled
 from swarm_envs.simulation import parameters as p
 from swarm_envs.simulation import scratch as m
 from swarm_envs.simulation.grid import IntArray, bins, bounds
-from swarm_envs.simulation.parameters import FloatArray, WorldArrays
+from swarm_envs.simulation.parameters import Asked, FloatArray, WorldArrays
 from swarm_envs.simulation.randomness import STREAM_FALSE, STREAM_MISSED, uniform
 from swarm_envs.simulation.scratch import Scratch
 from swarm_envs.simulation.state import StateArrays
 from swarm_envs.simulation.trigonometry import cos_sin
 
 NOTHING = math.inf
-GRID_FROM = 40
-"""With this many robots or more, a sensor looks only into the grid cells around it."""
 RAYS = 5
 """Rays over a target's width that occlusion tests; one free ray is enough to be seen."""
 
 
 @compiled(inline="always", _nrt=False)
-def sense(world: WorldArrays, state: StateArrays, w: int, scratch: Scratch) -> None:
+def sense(world: WorldArrays, state: StateArrays, w: int, scratch: Scratch, effects: Asked, grid: Asked) -> None:
     """Update ``state.detections`` of world ``w`` from its poses at the start of the present tick."""
-    if world.sensors.shape[0] >= GRID_FROM:
-        sense_with_grid(world, state, w)
-    elif world.ideal_sensing:
+    if grid is not None:
+        sense_with_grid(world, state, w, effects)
+    elif effects is None or world.ideal_sensing:
         sense_ideally(world, state, w, scratch.columns)
     else:
         sense_with_effects(world, state, w)
@@ -295,7 +293,7 @@ def reading(world: WorldArrays, state: StateArrays, w: int, i: int, s: int, near
 
 
 @compiled()
-def sense_with_grid(world: WorldArrays, state: StateArrays, w: int) -> None:
+def sense_with_grid(world: WorldArrays, state: StateArrays, w: int, effects: Asked) -> None:
     """Update detections of a large swarm: only robots in cells that the box around a robot's sectors meets are looked at."""
     poses = state.poses[w]
     count = poses.shape[0]
@@ -320,7 +318,7 @@ def sense_with_grid(world: WorldArrays, state: StateArrays, w: int) -> None:
             for k in range(first[r * columns + first_column], first[r * columns + last_column + 1]):
                 near[found] = order[k]
                 found += 1
-        if not world.ideal_sensing:
+        if effects is not None and not world.ideal_sensing:
             read_sensors(world, state, w, i, near, found)
             continue
         for s in range(int(world.robots[i, p.NUM_SENSORS])):

@@ -9,8 +9,9 @@ from swarm_envs.compiled import compiled
 from swarm_envs.simulation import chipmunk, disc
 from swarm_envs.simulation.actuation import give_commands
 from swarm_envs.simulation.chipmunk import SpaceArrays
+from swarm_envs.simulation.grid import GRID_FROM
 from swarm_envs.simulation.hearing import hear, tell_what_is_seen
-from swarm_envs.simulation.parameters import FloatArray, WorldArrays
+from swarm_envs.simulation.parameters import Asked, FloatArray, WorldArrays
 from swarm_envs.simulation.scratch import Scratch
 from swarm_envs.simulation.sensing import sense
 from swarm_envs.simulation.state import StateArrays
@@ -19,11 +20,19 @@ from swarm_envs.simulation.touching import stall_wheels
 ByteArray = npt.NDArray[np.uint8]
 
 
+def asked(world: WorldArrays) -> tuple[Asked, Asked]:
+    """Return ``effects`` and ``grid`` of :func:`advance_world`: what a world needs to have compiled."""
+    plain = world.ideal_drive and world.ideal_sensing and world.broadcast_range == 0.0
+    return None if plain else True, True if len(world.robots) >= GRID_FROM else None
+
+
 @compiled(inline="always", _nrt=False)
 def advance_world(
     world: WorldArrays,
     state: StateArrays,
     spaces: SpaceArrays | None,
+    effects: Asked,
+    grid: Asked,
     w: int,
     commands: FloatArray,
     wish: FloatArray,
@@ -35,21 +44,23 @@ def advance_world(
         world: Parameters.
         state: State of all worlds.
         spaces: Chipmunk's memory; None for the disc engine. Each engine is compiled without the other.
+        effects: None for a world of ideal drives and sensors that broadcasts nothing.
+        grid: None for a swarm of fewer than ``GRID_FROM`` robots.
         w: Index of the world.
         commands: (R, 2) v in m/s and omega in rad/s.
         wish: (R, 3) scratch memory.
         scratch: More scratch memory.
     """
     give_commands(world, state, w, commands)
-    if not world.ideal_drive:
+    if effects is not None and not world.ideal_drive:
         stall_wheels(world, state, w)
     if spaces is None:
-        disc.advance(world, state, w, scratch)
+        disc.advance(world, state, w, scratch, effects, grid)
     else:
-        chipmunk.advance(world, state, spaces, w, wish)
+        chipmunk.advance(world, state, spaces, w, wish, effects)
     state.ticks[w] += 1
-    sense(world, state, w, scratch)
-    if world.broadcast_range > 0.0:
+    sense(world, state, w, scratch, effects, grid)
+    if effects is not None and world.broadcast_range > 0.0:
         hear(world, state, w)
 
 
@@ -58,19 +69,21 @@ def step_worlds(
     world: WorldArrays,
     state: StateArrays,
     spaces: SpaceArrays | None,
+    effects: Asked,
+    grid: Asked,
     commands: FloatArray,
     wish: FloatArray,
     scratch: Scratch,
 ) -> None:
     """Run every world through one tick with its own commands (W, R, 2)."""
     for w in range(commands.shape[0]):
-        advance_world(world, state, spaces, w, commands[w], wish, scratch)
+        advance_world(world, state, spaces, effects, grid, w, commands[w], wish, scratch)
 
 
 @compiled(_nrt=False)
 def run_worlds(
-    world: WorldArrays, state: StateArrays, spaces: SpaceArrays | None, controllers: FloatArray, steps: int, every: int,
-    wish: FloatArray, scratch: Scratch, poses: FloatArray, detections: ByteArray, commands: FloatArray,
+    world: WorldArrays, state: StateArrays, spaces: SpaceArrays | None, effects: Asked, grid: Asked, controllers: FloatArray, steps: int,
+    every: int, wish: FloatArray, scratch: Scratch, poses: FloatArray, detections: ByteArray, commands: FloatArray,
 ) -> None:  # fmt: skip
     """Run each world with its controllers and record frames.
 
@@ -78,6 +91,8 @@ def run_worlds(
         world: Parameters.
         state: State of W worlds, started and sensed.
         spaces: Chipmunk's memory; None for the disc engine.
+        effects: See :func:`advance_world`.
+        grid: See :func:`advance_world`.
         controllers: (W, R, 2 * 2^K) pairs (v, omega) in m/s and rad/s; the pair's index is the number that K readings write in binary.
             Where the world has a broadcast, a robot sends whether its sensors report something.
         steps: Ticks to run.
@@ -95,9 +110,9 @@ def run_worlds(
             if k % every == 0:
                 record(state, w, now, k // every, poses, detections, commands)
             if k < steps:
-                if world.broadcast_range > 0.0:
+                if effects is not None and world.broadcast_range > 0.0:
                     tell_what_is_seen(state, w)
-                advance_world(world, state, spaces, w, now, wish, scratch)
+                advance_world(world, state, spaces, effects, grid, w, now, wish, scratch)
 
 
 @compiled(inline="always", _nrt=False)
@@ -127,9 +142,11 @@ def control(detections: ByteArray, controllers: FloatArray, commands: FloatArray
 
 
 @compiled(_nrt=False)
-def sense_worlds(world: WorldArrays, state: StateArrays, which: npt.NDArray[np.int64], scratch: Scratch) -> None:
+def sense_worlds(
+    world: WorldArrays, state: StateArrays, which: npt.NDArray[np.int64], scratch: Scratch, effects: Asked, grid: Asked
+) -> None:
     """Take the first readings of the worlds with these indices."""
     for w in which:
-        sense(world, state, w, scratch)
-        if world.broadcast_range > 0.0:
+        sense(world, state, w, scratch, effects, grid)
+        if effects is not None and world.broadcast_range > 0.0:
             hear(world, state, w)
