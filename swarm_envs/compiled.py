@@ -84,7 +84,7 @@ def announce_compilation() -> None:
     """Say in one line, once per state of the sources, that the first use compiles."""
     marker = cache_folder() / "announced"
     if not marker.exists():
-        print("swarm_envs: compiling the simulation on first use; about half a minute, once", file=sys.stderr, flush=True)
+        print("swarm_envs: compiling the simulation on first use; some fifteen seconds, once", file=sys.stderr, flush=True)
         marker.parent.mkdir(parents=True, exist_ok=True)
         marker.touch()
 
