@@ -80,11 +80,11 @@ def cache_folder(package: Path = SIMULATION) -> Path:
     return Path(tempfile.mkdtemp(prefix="swarm_envs_"))
 
 
-def announce_compilation() -> None:
-    """Say in one line, once per state of the sources, that the first use compiles."""
-    marker = cache_folder() / "announced"
+def announce_compilation(engine: str, *asked: bool | None) -> None:
+    """Say in one line, once per state of the sources, that the first use of an engine compiles it, with what is asked for."""
+    marker = cache_folder() / "-".join(["announced", engine, *("with" if each else "without" for each in asked)])
     if not marker.exists():
-        print("swarm_envs: compiling the simulation on first use; some fifteen seconds, once", file=sys.stderr, flush=True)
+        print(f"swarm_envs: compiling the {engine} engine on first use; up to twenty seconds, once", file=sys.stderr, flush=True)
         marker.parent.mkdir(parents=True, exist_ok=True)
         marker.touch()
 

@@ -40,12 +40,12 @@ class Simulation:
     def __init__(self, world: str | Path | WorldSpec, num_worlds: int = 1, engine: str = "chipmunk") -> None:
         if num_worlds < 0:
             raise WorldError(f"num_worlds is {num_worlds}, expected at least 0")
-        announce_compilation()
         self.world = load_world(world)
         self.engine = check_engine(self.world, engine)
         self.num_worlds = num_worlds
         self._parameters = compile_world(self.world)
         self._asked = asked(self._parameters)
+        announce_compilation(self.engine, *self._asked)
         self._state = empty_state(self._parameters, num_worlds)
         self._points = start_points(self.world)
         self._objects = object_starts(self.world)
