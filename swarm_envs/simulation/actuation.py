@@ -23,7 +23,7 @@ from swarm_envs.simulation.trigonometry import cos_sin, sinc
 
 
 @compiled(forceinline=True, _nrt=False)
-def give_commands(world: WorldArrays, state: StateArrays, w: int, commands: FloatArray) -> None:
+def give_commands(world: WorldArrays, state: StateArrays, w: int, commands: FloatArray, effects: Asked) -> None:
     """Hand each robot of world ``w`` its command for this tick.
 
     Args:
@@ -31,10 +31,14 @@ def give_commands(world: WorldArrays, state: StateArrays, w: int, commands: Floa
         state: State; ``held`` and ``history`` change.
         w: Index of the world.
         commands: (R, 2) v in m/s and omega in rad/s.
+        effects: None for a world without effects.
     """
     tick = state.ticks[w]
     held = state.held[w]
     for i in range(held.shape[0]):
+        if effects is None:
+            held[i, 0], held[i, 1] = commands[i, 0], commands[i, 1]
+            continue
         lost = world.robots[i, p.COMMAND_LOSS]
         if lost == 0.0 or uniform(state.keys[w], i, tick, STREAM_COMMAND_LOSS) >= lost:
             held[i, 0] = commands[i, 0]

@@ -337,7 +337,9 @@ def add_pair(world: WorldArrays, poses: FloatArray, i: int, j: int, scratch: Scr
     contact[PUSH] = contact[DRAG] = 0.0
     contact[FIRST_LIGHT], contact[FIRST_SPIN], contact[FIRST_RADIUS] = first[p.INVERSE_MASS], first[p.SPIN], first[p.RADIUS]
     contact[SECOND_LIGHT], contact[SECOND_SPIN], contact[SECOND_RADIUS] = second[p.INVERSE_MASS], second[p.SPIN], second[p.RADIUS]
-    add_masses(contact)
+    light = contact[FIRST_LIGHT] + contact[SECOND_LIGHT]
+    contact[MASS_ALONG] = 1.0 / light
+    contact[MASS_ACROSS] = 1.0 / (light + contact[FIRST_RADIUS] * contact[FIRST_SPIN] + contact[SECOND_RADIUS] * contact[SECOND_SPIN])
     return found + 1
 
 
@@ -356,16 +358,8 @@ def add_wall(world: WorldArrays, poses: FloatArray, i: int, e: int, scratch: Scr
     contact[PUSH] = contact[DRAG] = 0.0
     contact[FIRST_LIGHT], contact[FIRST_SPIN], contact[FIRST_RADIUS] = robot[p.INVERSE_MASS], robot[p.SPIN], robot[p.RADIUS]
     contact[SECOND_LIGHT] = contact[SECOND_SPIN] = contact[SECOND_RADIUS] = 0.0
-    add_masses(contact)
+    contact[MASS_ALONG], contact[MASS_ACROSS] = robot[p.MASS], robot[p.RIM_MASS]
     return found + 1
-
-
-@compiled(forceinline=True, _nrt=False)
-def add_masses(contact: FloatArray) -> None:
-    """Write the masses that impulses along and across a contact's normal move."""
-    along = contact[FIRST_LIGHT] + contact[SECOND_LIGHT]
-    contact[MASS_ALONG] = 1.0 / along
-    contact[MASS_ACROSS] = 1.0 / (along + contact[FIRST_RADIUS] * contact[FIRST_SPIN] + contact[SECOND_RADIUS] * contact[SECOND_SPIN])
 
 
 @compiled(forceinline=True, _nrt=False)

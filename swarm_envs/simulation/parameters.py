@@ -52,7 +52,8 @@ Asked = bool | None
     NUM_SENSORS,
     INVERSE_MASS,
     SPIN,  # contact radius over inertia: turn rate per tangential impulse
-) = range(31)
+    RIM_MASS,  # kg that an impulse along the rim moves, spin included
+) = range(32)
 
 # Columns of WorldArrays.sensors.
 BEARING, COS_HALF_ANGLE, SIN_HALF_ANGLE, HALF_ANGLE, SENSOR_RANGE, PERIOD_TICKS, OCCLUSION, SEES_OBJECTS, COS_BEARING, SIN_BEARING = range(
@@ -175,6 +176,7 @@ def _robot_row(robot: RobotModel, tick: float) -> list[float]:
         len(robot.sensors),
         1.0 / body.mass,
         1.0 / (body.inertia_ratio * body.mass * body.contact_radius),
+        body.mass / (1.0 + 1.0 / body.inertia_ratio),
     ]
 
 

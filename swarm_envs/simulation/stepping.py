@@ -51,7 +51,7 @@ def advance_world(
         wish: (R, 3) scratch memory.
         scratch: More scratch memory.
     """
-    give_commands(world, state, w, commands)
+    give_commands(world, state, w, commands, effects)
     if effects is not None and not world.ideal_drive:
         stall_wheels(world, state, w)
     if spaces is None:
