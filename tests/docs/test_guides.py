@@ -30,6 +30,7 @@ ELSEWHERE = {
     "calibration": "tests/calibration/test_guide.py runs them",
     "calibration_of_real_robots": "its logs are not part of the project: tests/calibration/test_measured.py runs it where they are",
     "calibration_study": "takes hours; tests/calibration/test_study.py runs a small one",
+    "discovery_of_behaviours": "takes hours; tests/discovery/test_evaluation_study.py runs a small one",
     "marl": "tests/docs/test_guide_to_marl.py runs them, each with packages of its own",
     "training": "tests/envs/test_training.py runs them",
     "wall_following_and_milling": "tests/test_studies.py runs the study",

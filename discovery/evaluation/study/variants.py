@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from discovery.evaluation.frequency import RANDOM, Found, medoids_found
+from discovery.evaluation.frequency import ENOUGH, RANDOM, Found, medoids_found
 from discovery.evaluation.groups import FloatArray, mean_and_error
 from discovery.evaluation.study.plan import Entry, Planned
 from discovery.evaluation.tables import write_csv, write_figure, write_json
@@ -43,11 +43,11 @@ class Variant:
         return None if base is None else np.asarray(self.accuracy.mean(axis=0) - base.accuracy.mean(axis=0))
 
     def goals(self, base: Variant | None) -> dict[str, bool | None]:
-        """Which of the three goals are met; None for what cannot be said."""
-        gains = self.gains(base)
+        """Which of the three goals are met; None for what cannot be said, and few runs say little of the medoids."""
+        gains, enough = self.gains(base), len(self.evaluations) >= ENOUGH
         return {
-            "unique": min(self.found.unique) >= UNIQUE_WANTED,
-            "random": float(np.mean(self.found.count(RANDOM))) <= RANDOM_ALLOWED,
+            "unique": min(self.found.unique) >= UNIQUE_WANTED if enough else None,
+            "random": float(np.mean(self.found.count(RANDOM))) <= RANDOM_ALLOWED if enough else None,
             "triplets": None if gains is None or base is self else bool((gains > 0).all()),
         }
 
@@ -126,7 +126,7 @@ def draw(judged: Sequence[Variant]) -> Any:
             axis.plot(counts, row + jitter, "o", markersize=4, color="#0072b2", alpha=0.6)
             axis.plot(np.mean(counts), row, "|", markersize=15, color="#d55e00", markeredgewidth=2)
         axis.axvline(goal, color="#5c6570", linewidth=0.8, linestyle="--")
-        axis.set(xlabel=f"{title} (each run, mean; dashed: goal)", xlim=(-0.4, None))
+        axis.set(xlabel=f"{title}\n(each run, mean; dashed: goal)", xlim=(-0.4, None))
         axis.grid(axis="x", alpha=0.3)
     axes[0].set_yticks(rows, [variant.name for variant in judged], fontsize=8)
     axes[0].invert_yaxis()
