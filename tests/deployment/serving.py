@@ -69,7 +69,7 @@ class Serving:
         assert all(outcome["done"] for outcome in updated["outcomes"]), updated
         started = self.call("start", delay=0.6)
         assert all(outcome["done"] for outcome in started["outcomes"]), started
-        wait_for(lambda: all_drive(robots), 3, "all robots to drive")
+        wait_for(lambda: all_drive(robots), 10, "all robots to drive")
 
     def kill(self) -> int:
         """End the server as a crash does; the time, ns."""
