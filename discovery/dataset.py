@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,6 +19,7 @@ from discovery.settings import DatasetSettings
 from discovery.simulate import Simulator
 from swarm_envs.behaviours import label
 from swarm_envs.metrics import hand_crafted
+from swarm_envs.simulation import Trajectories
 
 
 @dataclass(frozen=True)
@@ -25,7 +27,7 @@ class Dataset:
     """Random controllers and what they did."""
 
     controllers: FloatArray
-    """(N, 4) in m/s and rad/s."""
+    """(N, 4) in m/s and rad/s; as often as the dataset's settings ask, side by side."""
     videos: npt.NDArray[np.uint8]
     """(N, frames, size, size), greyscale."""
     metrics: FloatArray
@@ -42,7 +44,8 @@ def make_dataset(folder: RunFolder, simulator: Simulator) -> Dataset:
     with bar(settings.videos, "dataset", "videos", min(len(parts) * settings.chunk, settings.videos)) as progress:
         for number in range(len(parts), len(starts)):
             count = min(settings.chunk, settings.videos - starts[number])
-            controllers = random_controllers(simulator.world, count, generator(seed, "dataset controllers", number))
+            drawn = random_controllers(simulator.world, count // settings.starts, generator(seed, "dataset controllers", number))
+            controllers = np.repeat(drawn, settings.starts, axis=0)
             part = _make_part(simulator, controllers, whole_seed(seed, "dataset starts", number), settings)
             folder.write_tensors(part_name("dataset", number), part, {})
             parts.append(part)
@@ -51,6 +54,12 @@ def make_dataset(folder: RunFolder, simulator: Simulator) -> Dataset:
         np.concatenate([part[name] for part in parts]) for name in ("controllers", "videos", "metrics", "labels")
     )
     return Dataset(controllers, filmed, metrics, np.array(decode_labels(codes), dtype=np.str_))
+
+
+def rollouts_again(folder: RunFolder, simulator: Simulator) -> Iterator[Trajectories]:
+    """Repeat the rollouts of a finished dataset, part by part."""
+    for number, part in enumerate(folder.parts("dataset")):
+        yield simulator(part.tensors["controllers"], whole_seed(folder.settings.seed, "dataset starts", number))
 
 
 def _make_part(simulator: Simulator, controllers: FloatArray, seed: int, settings: DatasetSettings) -> dict[str, npt.NDArray[Any]]:

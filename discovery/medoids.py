@@ -41,7 +41,12 @@ SAMPLES = 5
 
 
 def cluster(
-    embeddings: npt.NDArray[Any], settings: ClusteringSettings, seed: int, distance: str = "euclidean", members: Rows | None = None
+    embeddings: npt.NDArray[Any],
+    settings: ClusteringSettings,
+    seed: int,
+    distance: str = "euclidean",
+    members: Rows | None = None,
+    turn: npt.NDArray[np.float64] | None = None,
 ) -> Clusters:
     """Cluster embeddings (N, d) by FasterPAM, those of more than ``settings.sample`` by CLARA.
 
@@ -53,8 +58,9 @@ def cluster(
         seed: The run's.
         distance: ``euclidean`` or ``cosine``.
         members: (M,) rows that medoids are of; None: all.
+        turn: (d, m) what embeddings are multiplied with first, for ``settings.by_chance``.
     """
-    space = make_space(embeddings, distance, settings.standardise, settings.whiten)
+    space = make_space(embeddings, distance, settings.standardise, settings.whiten, turn)
     places = space.place(embeddings)
     rows = np.arange(len(places)) if members is None else members
     if len(rows) == len(places) <= settings.sample:

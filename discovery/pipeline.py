@@ -9,6 +9,7 @@ from typing import Any
 import torch
 
 from discovery.archive import Archive, to_parquet
+from discovery.chance import covariance_by_chance, in_units_of
 from discovery.confirmation import Confirmation, confirm, describe
 from discovery.controllers import check_controllers
 from discovery.dataset import make_dataset
@@ -65,7 +66,9 @@ def _stages(folder: RunFolder, simulator: Simulator, manifest: dict[str, Any]) -
     settings, seconds = folder.settings, manifest["seconds"]
     with stage("dataset", seconds) as line:
         dataset = make_dataset(folder, simulator)
-        line.done = f"{len(dataset.videos)} random controllers, simulated and rendered as {dataset.videos.shape[1:]} videos"
+        often = f" from {settings.dataset.starts} starts each" if settings.dataset.starts > 1 else ""
+        drawn = len(dataset.videos) // settings.dataset.starts
+        line.done = f"{drawn} random controllers{often}, simulated and rendered as {dataset.videos.shape[1:]} videos"
     with stage("training", seconds) as line:
         for name in REMADE:
             folder.forget_damaged(name)
@@ -78,10 +81,13 @@ def _stages(folder: RunFolder, simulator: Simulator, manifest: dict[str, Any]) -
         rows = members if settings.clustering.of == "archive" else None
         if rows is not None and len(rows) < settings.clustering.medoids:
             raise DiscoveryError(f"clustering.of: the archive holds {len(rows)} controllers, expected clustering.medoids or more of them")
-        clusters = cluster(archive.embeddings, settings.clustering, settings.seed, settings.search.distance, rows)
+        turn = None
+        if settings.clustering.by_chance:
+            turn = in_units_of(covariance_by_chance(folder, simulator, fitted.representation))
+        clusters = cluster(archive.embeddings, settings.clustering, settings.seed, settings.search.distance, rows, turn)
         steadiness = None
         if settings.clustering.stable:
-            steadiness = steadiest(clusters, archive, simulator, fitted.representation, settings)
+            steadiness = steadiest(clusters, archive, simulator, fitted.representation, settings, turn)
             clusters = steadiness.clusters
         folder.write(ARCHIVE, to_parquet(archive, clusters))
         medoid_labels = archive.labels[clusters.medoids].tolist()

@@ -22,8 +22,8 @@ from discovery.settings import PLACES, Settings, flat, read_settings, to_yaml
 from discovery.tensor_file import DamagedFileError, TensorFile, read_tensor_file, write_tensor_file
 from discovery.tracking.interface import Silent, Tracker
 
-CONFIG, MANIFEST, ARCHIVE, METRICS, ENCODER, REPORT = (
-    "config.yaml", "manifest.json", "archive.parquet", "metrics.json", "encoder.safetensors", "report.html",
+CONFIG, MANIFEST, ARCHIVE, METRICS, ENCODER, CHANCE, REPORT = (
+    "config.yaml", "manifest.json", "archive.parquet", "metrics.json", "encoder.safetensors", "chance.safetensors", "report.html",
 )  # fmt: skip
 
 LOCK = ".lock"

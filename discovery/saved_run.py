@@ -14,7 +14,7 @@ import numpy.typing as npt
 from discovery.archive import Archive, read_parquet
 from discovery.errors import DiscoveryError
 from discovery.medoids import Clusters
-from discovery.run_folder import ARCHIVE, ENCODER, METRICS, open_folder, read_manifest
+from discovery.run_folder import ARCHIVE, CHANCE, ENCODER, METRICS, open_folder, read_manifest
 from discovery.settings import Settings
 
 if TYPE_CHECKING:
@@ -75,6 +75,22 @@ class Run:
         if not isinstance(found, VideoRepresentation):
             raise DiscoveryError(f"{self.path / ENCODER}: there is none; this run's representation has no encoder")
         return found.encoder
+
+    @cached_property
+    def chance(self) -> npt.NDArray[np.float64] | None:
+        """What embeddings are multiplied with before they are clustered, (d, d), where ``clustering.by_chance`` asks for it.
+
+        Raises:
+            DiscoveryError: When the file is missing or damaged.
+        """
+        from discovery.chance import in_units_of
+
+        if not self.settings.clustering.by_chance:
+            return None
+        saved = open_folder(self.path).read_tensors(CHANCE)
+        if saved is None:
+            raise DiscoveryError(f"{self.path / CHANCE}: there is none, though the run clustered in units of chance")
+        return in_units_of(saved.tensors["covariance"])
 
     @cached_property
     def representation(self) -> Representation:

@@ -42,6 +42,8 @@ class DatasetSettings:
     """Pixels a side."""
     chunk: int = number(1)
     """Rollouts simulated, and saved, at a time."""
+    starts: int = number(1, 100, neutral=1)
+    """Videos of each controller, from starts of their own; with more than one, SimCLR's pairs are two videos of one controller."""
 
 
 @dataclass
@@ -56,6 +58,8 @@ class NetworkSettings:
     """Share of the variance that the principal components hold which ``pca`` keeps."""
     metrics: float = number(0.0, neutral=0.0)
     """Weight of the five hand-crafted metrics beside the embedding: with 1 both vary as much over the dataset, 0 leaves them out."""
+    metrics_roots: bool = False
+    """Whether radial variance and scatter, squared lengths, stand there by their roots."""
 
 
 @dataclass
@@ -137,6 +141,8 @@ class HandCraftedSettings:
     method: str = choice("hand_crafted")
     standardise: bool = MISSING
     """Whether each has mean 0 and standard deviation 1 over the dataset."""
+    roots: bool = False
+    """Whether radial variance and scatter, squared lengths, enter by their roots."""
 
 
 REPRESENTATIONS: dict[str, type] = {
@@ -198,6 +204,8 @@ class ClusteringSettings:
     """Whether every number of the embeddings has mean 0 and standard deviation 1 over the archive first."""
     whiten: bool = False
     """Whether the principal components that hold 99 % of the variance weigh the same first."""
+    by_chance: bool = False
+    """Whether distances are in units of what chance does: how embeddings of one controller differ over ``dataset.starts``."""
     stable: int = number(0, neutral=0)
     """Members nearest to each medoid that are tried from other starts, for the steadiest to stand for the cluster; 0 keeps the medoid."""
     sample: int = number(10, neutral=10_000)
@@ -298,17 +306,34 @@ def _check_together(settings: Settings) -> None:
         raise DiscoveryError(
             f"clustering.medoids: given {settings.clustering.medoids}, but the search makes only {evaluations} evaluations"
         )
-    if isinstance(representation, SimCLRSettings) and representation.batch > settings.dataset.videos:
-        raise DiscoveryError(
-            f"representation.batch: given {representation.batch}, expected at most dataset.videos, {settings.dataset.videos}"
-        )
+    _check_dataset(settings.dataset)
+    controllers = settings.dataset.videos // settings.dataset.starts
+    if isinstance(representation, SimCLRSettings) and representation.batch > controllers:
+        of = "dataset.videos" if settings.dataset.starts == 1 else "the controllers of the dataset, dataset.videos / dataset.starts"
+        raise DiscoveryError(f"representation.batch: given {representation.batch}, expected at most {of}, {controllers}")
     if isinstance(representation, SimCLRSettings | TripletSettings):
         crop = representation.crop_scale
         if len(crop) != 2 or crop[0] > crop[1]:
             raise DiscoveryError(f"representation.crop_scale: given {crop}, expected [smallest, largest]")
+    _check_clustering(settings)
     _check_search(settings.search)
     if len(settings.search.include) > settings.search.population:
         raise DiscoveryError(f"search.include: given {len(settings.search.include)} controllers, expected at most search.population")
+
+
+def _check_dataset(dataset: DatasetSettings) -> None:
+    for name in ("videos", "chunk"):
+        if (given := getattr(dataset, name)) % dataset.starts:
+            raise DiscoveryError(f"dataset.{name}: given {given}, expected a multiple of dataset.starts, {dataset.starts}")
+
+
+def _check_clustering(settings: Settings) -> None:
+    clustering, starts = settings.clustering, settings.dataset.starts
+    if clustering.by_chance and starts < 2:
+        raise DiscoveryError(f"clustering.by_chance: it shows in several starts of a controller, but dataset.starts is {starts}; take 2")
+    if clustering.by_chance and (clustering.standardise or clustering.whiten):
+        other = "standardise" if clustering.standardise else "whiten"
+        raise DiscoveryError(f"clustering.by_chance: given together with clustering.{other}, expected one of them")
 
 
 def _check_search(search: SearchSettings) -> None:

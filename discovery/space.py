@@ -42,7 +42,13 @@ class Space:
         return np.asarray(0.5 * found**2 if self.distance == "cosine" else found, dtype=np.float32)
 
 
-def make_space(embeddings: npt.NDArray[Any], distance: str = "euclidean", standardise: bool = False, whiten: bool = False) -> Space:
+def make_space(
+    embeddings: npt.NDArray[Any],
+    distance: str = "euclidean",
+    standardise: bool = False,
+    whiten: bool = False,
+    turn: npt.NDArray[np.float64] | None = None,
+) -> Space:
     """Return the space that suits an archive's embeddings (N, d).
 
     Args:
@@ -50,9 +56,17 @@ def make_space(embeddings: npt.NDArray[Any], distance: str = "euclidean", standa
         distance: ``euclidean``, or ``cosine``: one less the cosine of the angle, at the mean when there is one, else at the origin.
         standardise: Whether every number has mean 0 and standard deviation 1.
         whiten: Whether the principal components that hold most of the variance do, after that.
+        turn: (d, m) what embeddings are multiplied with instead, such as :func:`discovery.chance.in_units_of`.
+
+    Raises:
+        ValueError: When embeddings are to be multiplied and standardised or whitened.
     """
     wide = np.asarray(embeddings, dtype=np.float64)
-    mean, turn = np.zeros(wide.shape[1]), None
+    mean = np.zeros(wide.shape[1])
+    if turn is not None:
+        if standardise or whiten:
+            raise ValueError("given a turn and standardise or whiten, expected one of them")
+        return Space(wide.mean(axis=0), turn, distance)
     if standardise or whiten:
         mean = wide.mean(axis=0)
     if standardise:

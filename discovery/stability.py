@@ -44,10 +44,20 @@ class Steadiness:
         return {"rollouts": self.rollouts, "returned": self.returned.tolist(), "returned_of_medoids": self.before.tolist()}
 
 
-def steadiest(clusters: Clusters, archive: Archive, simulator: Simulator, representation: Representation, settings: Settings) -> Steadiness:
-    """Put the steadiest of the ``clustering.stable`` members nearest to each medoid in its place; the clusters stay what they are."""
+def steadiest(
+    clusters: Clusters,
+    archive: Archive,
+    simulator: Simulator,
+    representation: Representation,
+    settings: Settings,
+    turn: npt.NDArray[np.float64] | None = None,
+) -> Steadiness:
+    """Put the steadiest of the ``clustering.stable`` members nearest to each medoid in its place; the clusters stay what they are.
+
+    ``turn`` is what :func:`discovery.medoids.cluster` was given.
+    """
     clustering = settings.clustering
-    space = make_space(archive.embeddings, settings.search.distance, clustering.standardise, clustering.whiten)
+    space = make_space(archive.embeddings, settings.search.distance, clustering.standardise, clustering.whiten, turn)
     places = space.place(archive.embeddings)
     medoids = places[clusters.medoids]
     candidates = [

@@ -80,7 +80,7 @@ def standardised_medoids(name: str, runs: list[Run]) -> Found:
     """Return what the medoids would be of embeddings that are standardised first."""
     labels = []
     for run in runs:
-        settings = dataclasses.replace(run.settings.clustering, standardise=True, whiten=False)
+        settings = dataclasses.replace(run.settings.clustering, standardise=True, whiten=False, by_chance=False)
         labels.append(_labels_of_medoids(run.embeddings, run.archive.labels, run, settings))
     return Found(f"{name}{STANDARDISED}", labels)
 
@@ -114,7 +114,9 @@ def random_searches(groups: dict[str, list[Run]], simulator: Simulator) -> list[
 def _labels_of_medoids(
     embeddings: npt.NDArray[Any], labels: npt.NDArray[np.str_], run: Run, settings: ClusteringSettings | None = None
 ) -> list[str]:
-    clusters = cluster(embeddings, settings or run.settings.clustering, run.settings.seed, run.settings.search.distance)
+    settings = settings or run.settings.clustering
+    turn = run.chance if settings.by_chance else None
+    clusters = cluster(embeddings, settings, run.settings.seed, run.settings.search.distance, turn=turn)
     return list(labels[clusters.medoids].tolist())
 
 

@@ -24,9 +24,19 @@ ASIDE = ("report.", "tracker")
 
 def representation_name(run: Run) -> str:
     """Return how a run's representation is called in tables."""
+    settings, words = run.settings.representation, _method_name(run)
+    if settings.method == "simclr" and (starts := run.settings.dataset.starts) > 1:
+        words += f", pairs of {starts} starts"
+    if settings.method != "hand_crafted" and settings.metrics > 0.0:
+        words += ", metrics beside" + (" by roots" if settings.metrics_roots else "")
+    return words
+
+
+def _method_name(run: Run) -> str:
     settings = run.settings.representation
     if settings.method == "hand_crafted":
-        return "hand-crafted, standardised" if settings.standardise else "hand-crafted"
+        words = ["hand-crafted", *["roots"] * settings.roots, *["standardised"] * settings.standardise]
+        return ", ".join(words)
     if settings.method == "untrained":
         origin = run.metrics["representation"]["origin"]
         return "ImageNet ResNet18" if origin.startswith("ImageNet") else "random ResNet18"

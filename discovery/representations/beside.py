@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from discovery.errors import DiscoveryError
+from discovery.representations.roots import with_roots
 
 Embeddings = npt.NDArray[np.float32]
 
@@ -23,27 +24,32 @@ class Beside:
     """What embeddings are divided by."""
     metrics: float
     """What metrics are divided by."""
+    roots: bool = False
+    """Whether radial variance and scatter enter by their roots."""
 
     def __call__(self, embeddings: Embeddings, metrics: npt.NDArray[np.float64]) -> Embeddings:
         """Join embeddings (N, d) and metrics (N, 5): (N, d + 5)."""
-        return np.hstack([embeddings / self.embedding, metrics / self.metrics], dtype=np.float32, casting="same_kind")
+        taken = with_roots(metrics) if self.roots else metrics
+        return np.hstack([embeddings / self.embedding, taken / self.metrics], dtype=np.float32, casting="same_kind")
 
 
-def fit_beside(embeddings: Embeddings, metrics: npt.NDArray[np.float64], weight: float) -> Beside:
+def fit_beside(embeddings: Embeddings, metrics: npt.NDArray[np.float64], weight: float, roots: bool = False) -> Beside:
     """Return what has the metrics vary ``weight`` times as much as the embeddings, as root mean square over the dataset.
 
-    The metrics stay raw, as published, among themselves: standardised ones tell behaviours apart less well.
+    The metrics are not standardised among themselves: those tell behaviours apart less well.
 
     Args:
         embeddings: Of the dataset, (N, d).
         metrics: Of the dataset, (N, 5).
         weight: Above 0.
+        roots: Whether radial variance and scatter enter by their roots, instead of raw as published.
 
     Raises:
         DiscoveryError: When all embeddings, or all metrics, are the same.
     """
-    spreads = [float(np.sqrt(np.square(part - part.mean(axis=0)).sum(axis=1).mean())) for part in (embeddings.astype(np.float64), metrics)]
+    parts = (embeddings.astype(np.float64), with_roots(metrics) if roots else metrics)
+    spreads = [float(np.sqrt(np.square(part - part.mean(axis=0)).sum(axis=1).mean())) for part in parts]
     if min(spreads) == 0.0:
         what = "embedding" if spreads[0] == 0.0 else "metrics"
         raise DiscoveryError(f"representation.metrics: every video of the dataset has the same {what}; take metrics=0 or other videos")
-    return Beside(spreads[0], spreads[1] / weight)
+    return Beside(spreads[0], spreads[1] / weight, roots)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from discovery.dataset import Dataset
 from discovery.representations.interface import Fitted
+from discovery.representations.pairs import Pairs
 from discovery.representations.simclr import begin, train_simclr
 from discovery.representations.training import describe
 from discovery.representations.videos import compute_of, fit_look, save_network, saved_network, starting_weights
@@ -22,9 +23,10 @@ def fit_simclr(folder: RunFolder, dataset: Dataset) -> Fitted:
         origin, losses, done = facts["origin"], facts["losses"], "taken from the run folder"
     else:
         origin, start = starting_weights(folder)
-        frames = folder.settings.dataset.frames
-        training = begin(settings, frames, len(dataset.videos) // settings.batch, folder.settings.seed, compute_of(settings), start)
-        train_simclr(folder, dataset.videos, compute_of(settings), training, settings)
+        shape = folder.settings.dataset
+        pairs = Pairs(len(dataset.videos), shape.starts, settings.batch)
+        training = begin(settings, shape.frames, pairs.steps, folder.settings.seed, compute_of(settings), start)
+        train_simclr(folder, dataset.videos, pairs, compute_of(settings), training, settings)
         network, losses = training.network, training.losses
         done = f"SimCLR on {len(dataset.videos)} videos, {len(losses)} steps, {describe(losses)}" if losses else "no steps"
         save_network(folder, network, origin, losses)

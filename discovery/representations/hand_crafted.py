@@ -1,4 +1,4 @@
-"""The five metrics of Brown et al. (2018), raw as they published them or standardised."""
+"""The five metrics of Brown et al. (2018): raw as they published them, two of them by their roots, or standardised."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ import numpy.typing as npt
 
 from discovery.dataset import Dataset
 from discovery.representations.interface import Fitted
+from discovery.representations.roots import with_roots
 from discovery.run_folder import RunFolder
+from discovery.settings import HandCraftedSettings
 from swarm_envs.metrics import hand_crafted
 from swarm_envs.simulation import Trajectories
 
@@ -25,24 +27,34 @@ class HandCrafted:
     """(5,)"""
     scale: npt.NDArray[np.float64]
     """(5,)"""
+    roots: bool = False
+    """Whether radial variance and scatter enter by their roots."""
     dimension: int = 5
 
     def embed(self, trajectories: Trajectories) -> npt.NDArray[np.float32]:
         """Measure each rollout: (W, 5)."""
-        return np.asarray((hand_crafted(trajectories) - self.mean) / self.scale, dtype=np.float32)
+        metrics = hand_crafted(trajectories)
+        return np.asarray(((with_roots(metrics) if self.roots else metrics) - self.mean) / self.scale, dtype=np.float32)
 
 
 def fit_hand_crafted(folder: RunFolder, dataset: Dataset) -> Fitted:
     """Return the metrics, standardised over the dataset's random controllers when the settings ask for it."""
-    if not folder.settings.representation.standardise:
-        return Fitted(HandCrafted(np.zeros(5), np.ones(5)), "five hand-crafted metrics, raw")
-    scale = dataset.metrics.std(axis=0)
-    made = HandCrafted(dataset.metrics.mean(axis=0), np.where(scale > 0.0, scale, 1.0))
+    settings: HandCraftedSettings = folder.settings.representation
+    what = "five hand-crafted metrics" + (", radial variance and scatter by their roots" if settings.roots else "")
+    if not settings.standardise:
+        return Fitted(_raw(settings.roots), what if settings.roots else f"{what}, raw")
+    metrics = with_roots(dataset.metrics) if settings.roots else dataset.metrics
+    scale = metrics.std(axis=0)
+    made = HandCrafted(metrics.mean(axis=0), np.where(scale > 0.0, scale, 1.0), settings.roots)
     folder.write_tensors(STANDARD, {"mean": made.mean, "scale": made.scale}, {})
-    return Fitted(made, "five hand-crafted metrics, standardised over the dataset", done="mean and spread of five metrics")
+    return Fitted(made, f"{what}, standardised over the dataset", done="mean and spread of five metrics")
 
 
 def load_hand_crafted(folder: RunFolder) -> HandCrafted:
     """Return the metrics as a finished run had them."""
-    saved = folder.read_tensors(STANDARD)
-    return HandCrafted(np.zeros(5), np.ones(5)) if saved is None else HandCrafted(saved.tensors["mean"], saved.tensors["scale"])
+    saved, roots = folder.read_tensors(STANDARD), folder.settings.representation.roots
+    return _raw(roots) if saved is None else HandCrafted(saved.tensors["mean"], saved.tensors["scale"], roots)
+
+
+def _raw(roots: bool) -> HandCrafted:
+    return HandCrafted(np.zeros(5), np.ones(5), roots)

@@ -1,4 +1,4 @@
-"""SimCLR (Chen et al. 2020): two views of a video belong together, all others of the batch apart."""
+"""SimCLR (Chen et al. 2020): the two views of a pair belong together, all others of the batch apart."""
 
 from __future__ import annotations
 
@@ -13,10 +13,11 @@ from lightly.utils.lars import LARS
 from lightly.utils.scheduler import CosineWarmupScheduler
 from torch import Tensor
 
-from discovery.randomness import generator, whole_seed
+from discovery.randomness import whole_seed
 from discovery.representations.augment import augment, draw_views
 from discovery.representations.compute import Compute
 from discovery.representations.encoder import EMBEDDING, make_network
+from discovery.representations.pairs import Pairs
 from discovery.representations.training import Training, train
 from discovery.run_folder import RunFolder
 from discovery.settings import SimCLRSettings
@@ -46,34 +47,40 @@ def begin(
     return Training(network, head, optimizer, scheduler, [])
 
 
-def step(training: Training, videos: Tensor, views: torch.Generator, settings: SimCLRSettings, compute: Compute, loss: NTXentLoss) -> None:
-    """Make one step on a batch of videos (N, frames, size, size) of uint8."""
-    pictures = compute.picture(videos)
+def step(
+    training: Training,
+    videos: tuple[Tensor, Tensor],
+    views: torch.Generator,
+    settings: SimCLRSettings,
+    compute: Compute,
+    loss: NTXentLoss,
+) -> None:
+    """Make one step on a batch: the videos (N, frames, size, size) of uint8 that the first views are made of, and the second."""
     crop = (settings.crop_scale[0], settings.crop_scale[1])
-    pairs = [augment(pictures, draw_views(len(pictures), crop, settings.flip, views)) for _ in range(2)]
+    seen = [augment(compute.picture(of), draw_views(len(of), crop, settings.flip, views)) for of in videos]
     with compute.autocast():
-        projections = training.head(training.network(torch.cat(pairs).contiguous(memory_format=torch.channels_last)))
+        projections = training.head(training.network(torch.cat(seen).contiguous(memory_format=torch.channels_last)))
     training.descend(loss(*projections.float().chunk(2)))
 
 
-def train_simclr(folder: RunFolder, videos: npt.NDArray[np.uint8], compute: Compute, training: Training, settings: SimCLRSettings) -> None:
+def train_simclr(
+    folder: RunFolder, videos: npt.NDArray[np.uint8], pairs: Pairs, compute: Compute, training: Training, settings: SimCLRSettings
+) -> None:
     """Train to the end; go on from the last good checkpoint.
 
     Args:
         folder: Where checkpoints are.
         videos: (N, frames, size, size).
+        pairs: Which of them are paired.
         compute: Where and how to compute.
         training: Fresh, from :func:`begin`; trained when this returns.
         settings: The representation's settings.
     """
-    seed, per_epoch = folder.settings.seed, len(videos) // settings.batch
-    data, loss = torch.from_numpy(videos), NTXentLoss(settings.temperature)
+    seed, data, loss = folder.settings.seed, torch.from_numpy(videos), NTXentLoss(settings.temperature)
 
     def one(number: int) -> None:
-        epoch, place = divmod(number, per_epoch)
-        # The last, incomplete batch is dropped: NT-Xent's value depends on the batch's size.
-        order = generator(seed, "epoch", epoch).permutation(len(videos))[place * settings.batch : (place + 1) * settings.batch]
+        first, second = (data[torch.from_numpy(rows)] for rows in pairs(seed, number))
         views = torch.Generator().manual_seed(whole_seed(seed, "views", number))
-        step(training, data[torch.from_numpy(order)], views, settings, compute, loss)
+        step(training, (first, second), views, settings, compute, loss)
 
-    train(folder, training, one, settings.epochs * per_epoch, settings.batch * 2, settings.checkpoint_seconds)
+    train(folder, training, one, settings.epochs * pairs.steps, settings.batch * 2, settings.checkpoint_seconds)

@@ -16,7 +16,7 @@ from discovery.representations.compute import Compute, choose_compute
 from discovery.representations.encoder import Encoder, load_arrays, make_network, state_arrays
 from discovery.representations.imagenet import NoWeightsError, imagenet_weights
 from discovery.representations.whitening import Whitening, fit_whitening
-from discovery.run_folder import ENCODER, RunFolder
+from discovery.run_folder import CHANCE, ENCODER, RunFolder
 from discovery.settings import DatasetSettings
 from discovery.tensor_file import TensorFile
 from swarm_envs.metrics import hand_crafted
@@ -37,6 +37,7 @@ class EncoderSettings(Protocol):
     whiten: str
     whiten_variance: float
     metrics: float
+    metrics_roots: bool
     device: str
     precision: str
 
@@ -75,8 +76,9 @@ def fit_look(folder: RunFolder, network: torch.nn.Module, dataset: Dataset) -> V
         folder.forget_damaged(BESIDE)
         beside = saved_beside(folder)
         if beside is None:
-            beside = fit_beside(look(dataset.videos, progress=True), dataset.metrics, settings.metrics)
-            folder.write_tensors(BESIDE, {"scales": np.array([beside.embedding, beside.metrics])}, {"weight": settings.metrics})
+            beside = fit_beside(look(dataset.videos, progress=True), dataset.metrics, settings.metrics, settings.metrics_roots)
+            facts = {"weight": settings.metrics, "roots": beside.roots}
+            folder.write_tensors(BESIDE, {"scales": np.array([beside.embedding, beside.metrics])}, facts)
     return VideoRepresentation(look, folder.settings.dataset, beside)
 
 
@@ -109,7 +111,10 @@ def saved_whitening(folder: RunFolder) -> Whitening | None:
 def saved_beside(folder: RunFolder) -> Beside | None:
     """Return the scales that the folder holds already."""
     saved = folder.read_tensors(BESIDE)
-    return None if saved is None else Beside(*saved.tensors["scales"].tolist())
+    if saved is None:
+        return None
+    embedding, metrics = saved.tensors["scales"].tolist()
+    return Beside(embedding, metrics, saved.facts.get("roots", False))
 
 
 def _look(
@@ -133,6 +138,7 @@ def save_network(folder: RunFolder, network: torch.nn.Module, origin: str, losse
     shape = folder.settings.dataset
     folder.remove(WHITENING)
     folder.remove(BESIDE)
+    folder.remove(CHANCE)
     facts = {"architecture": "resnet18", "frames": shape.frames, "size": shape.size, "origin": origin, "losses": losses}
     folder.write_tensors(ENCODER, state_arrays(network), facts)
 

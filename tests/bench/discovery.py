@@ -49,7 +49,7 @@ def view_rate(batch: int = 100) -> float:
     videos, views, loss = torch.randint(0, 255, (batch, 3, 64, 64), dtype=torch.uint8), torch.Generator().manual_seed(0), NTXentLoss(0.5)
 
     def work() -> int:
-        step(training, videos, views, settings, compute, loss)
+        step(training, (videos, videos), views, settings, compute, loss)
         return 2 * batch
 
     return rate(work)

@@ -10,13 +10,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hydra import compose, initialize_config_dir
 
 import discovery
 from discovery.annotation.answers import open_answers
-from discovery.command import Opened, run
+from discovery.command import CONFIGS, Opened, run
 from discovery.errors import DiscoveryError
 from discovery.evaluation.command import main
 from discovery.evaluation.frequency import Found
+from discovery.evaluation.groups import ASIDE, PERSONAL
 from discovery.evaluation.study.command import STUDY
 from discovery.evaluation.study.evaluating import Evaluations
 from discovery.evaluation.study.hand_over import NOTE, hand_over
@@ -26,7 +28,7 @@ from discovery.evaluation.study.running import check_folders, finished, run_all
 from discovery.evaluation.study.variants import Variant
 from discovery.evaluation.study.weights import without_weights
 from discovery.run_folder import make_folder, open_folder
-from discovery.settings import to_yaml
+from discovery.settings import flat, read_settings, to_yaml
 from discovery.stability import STARTS
 from tests.discovery.tiny_run import SHORT, SIMCLR
 
@@ -110,14 +112,24 @@ def test_the_projects_own_plan_is_made_of_settings_that_there_are() -> None:
     assert {each.settings.clustering.medoids for each in runs} == {10}
     first = [each for each in runs if each.seed == 0]
     assert {each.entry.name: each.settings.representation.method for each in first if each.entry.kind == "representations"} == {
-        "hand_crafted": "hand_crafted", "hand_crafted_standardised": "hand_crafted", "triplet_simulated_annotator": "triplet",
-        "simclr": "simclr", "random": "untrained", "imagenet": "untrained",
+        "hand_crafted": "hand_crafted", "hand_crafted_standardised": "hand_crafted", "hand_crafted_roots": "hand_crafted",
+        "triplet_simulated_annotator": "triplet",
+        "simclr": "simclr", "simclr_starts": "simclr", "random": "untrained", "imagenet": "untrained",
     }  # fmt: skip
     assert {each.settings.world for each in first if each.entry.kind == "worlds"} == {
         "unrefined", "hero_plus_frictionless", "hero_plus_unlimited", "hero_plus_unshielded",
     }  # fmt: skip
     settings = [to_yaml(each.settings) for each in first if each.entry.name != "hand_crafted"]
     assert len(set(settings)) == len(settings), "no two entries are the same"
+
+
+def test_the_best_experiment_is_the_studys_entry_that_met_every_goal() -> None:
+    plan = read_plan(STUDY, "quick")
+    (entry,) = plan_runs(plan, choose(plan, ["starts_roots_by_chance"]), 1, Path("out"), 2)
+    with initialize_config_dir(str(CONFIGS), version_base="1.3"):
+        best = flat(read_settings(compose("config", ["experiment=best"])))
+    same = {key: value for key, value in flat(entry.settings).items() if key not in PERSONAL and not key.startswith(ASIDE)}
+    assert same == {key: best[key] for key in same}
 
 
 @pytest.mark.parametrize(("size", "numbers"), [("quick", (1500, 10, 100)), ("paper", (6000, 100, 1000))])

@@ -32,6 +32,7 @@ from tests.discovery.tiny_run import tiny
 SMALL = {
     "hand_crafted": (),
     "hand_crafted_standardised": (),
+    "hand_crafted_roots": (),
     "random": (),
     "triplet": (
         "representation.weights=random", "representation.answers=48", "representation.batch=24", "representation.epochs=2",
@@ -60,6 +61,13 @@ def test_every_method_has_its_settings() -> None:
 def test_the_raw_metrics_are_the_embeddings_of_the_hand_crafted_representation(runs: dict[str, Path]) -> None:
     archive = load_run(runs["hand_crafted"]).archive
     np.testing.assert_array_equal(archive.embeddings, archive.metrics.astype(np.float32))
+
+
+def test_of_squared_lengths_the_roots_are_taken_where_that_is_asked(runs: dict[str, Path]) -> None:
+    archive = load_run(runs["hand_crafted_roots"]).archive
+    speed, momentum, variance, scatter, rotation = archive.metrics.T
+    expected = np.column_stack([speed, momentum, np.sqrt(variance), np.sqrt(scatter), rotation])
+    np.testing.assert_allclose(archive.embeddings, expected, rtol=1e-6)
 
 
 def test_standardised_metrics_have_mean_0_and_spread_1_over_the_dataset(runs: dict[str, Path]) -> None:
@@ -106,7 +114,7 @@ def test_triplet_learning_that_was_stopped_ends_with_the_same_bits(
 
 WHITENED = (
     "representation.symmetries=4", "representation.whiten=pca", "representation.whiten_variance=0.9", "representation.normalise=true",
-    "representation.metrics=2", "dataset.trail=true", "dataset.frames=2",
+    "representation.metrics=2", "representation.metrics_roots=true", "dataset.trail=true", "dataset.frames=2",
 )  # fmt: skip
 
 
@@ -127,7 +135,9 @@ def test_a_run_with_every_option_is_read_back_with_the_embeddings_that_it_had(wh
     seen, metrics = found.embeddings[:, :-5], found.embeddings[:, -5:]
     lengths = np.linalg.norm(seen, axis=1)
     np.testing.assert_allclose(lengths, lengths[0], rtol=1e-5)
-    ratio = hand_crafted(rollouts) / metrics[first]
+    raw = hand_crafted(rollouts)
+    raw[:, 2:4] **= 0.5
+    ratio = raw / metrics[first]
     np.testing.assert_allclose(ratio, ratio[0, 0], rtol=1e-5)
 
 
@@ -192,7 +202,7 @@ def test_damaged_scales_are_refused_and_computed_again_by_a_run_but_not_by_a_rea
 def test_settings_that_came_later_are_not_written_while_neutral_so_that_earlier_runs_keep_their_identity() -> None:
     for name in ("simclr_quick", "triplet", "random"):
         neutral = to_yaml(tiny(f"representation={name}", "dataset.videos=100", simclr=False))
-        for later in ("symmetries", "whiten", "trail", "metrics"):
+        for later in ("symmetries", "whiten", "trail", "metrics", "starts"):
             assert later not in neutral
     config = to_yaml(small("random", *WHITENED))
     for line in ("symmetries: 4", "whiten: pca", "whiten_variance: 0.9", "metrics: 2.0", "trail: true"):

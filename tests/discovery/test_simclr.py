@@ -36,10 +36,24 @@ def test_a_step_compares_two_views_of_each_video_with_all_others_of_the_batch() 
     network = nn.Flatten()
     optimizer = torch.optim.SGD(head.parameters(), lr=0.0)
     training = Training(network, head, optimizer, torch.optim.lr_scheduler.ConstantLR(optimizer), [])  # type: ignore[arg-type]
-    step(training, videos, torch.Generator().manual_seed(3), settings, CPU, NTXentLoss(settings.temperature))
+    step(training, (videos, videos), torch.Generator().manual_seed(3), settings, CPU, NTXentLoss(settings.temperature))
 
     generator, pictures = torch.Generator().manual_seed(3), videos.float() / 255
     seen = [augment(pictures, draw_views(6, (0.6, 1.0), 0.5, generator)) for _ in range(2)]
+    first, second = (head(view.flatten(1)).detach().double().numpy() for view in seen)
+    assert training.losses == [pytest.approx(nt_xent_by_hand(first, second, 0.5), abs=1e-5)]
+
+
+def test_a_step_can_compare_views_of_two_runs_of_each_controller() -> None:
+    settings = tiny().representation
+    one, other = torch.randint(0, 256, (2, 6, 3, 16, 16), dtype=torch.uint8, generator=torch.Generator().manual_seed(0))
+    head, network = nn.Linear(3 * 16 * 16, 5), nn.Flatten()
+    optimizer = torch.optim.SGD(head.parameters(), lr=0.0)
+    training = Training(network, head, optimizer, torch.optim.lr_scheduler.ConstantLR(optimizer), [])  # type: ignore[arg-type]
+    step(training, (one, other), torch.Generator().manual_seed(3), settings, CPU, NTXentLoss(settings.temperature))
+
+    generator = torch.Generator().manual_seed(3)
+    seen = [augment(videos.float() / 255, draw_views(6, (0.6, 1.0), 0.5, generator)) for videos in (one, other)]
     first, second = (head(view.flatten(1)).detach().double().numpy() for view in seen)
     assert training.losses == [pytest.approx(nt_xent_by_hand(first, second, 0.5), abs=1e-5)]
 

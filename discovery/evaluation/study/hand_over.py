@@ -17,9 +17,9 @@ from discovery.tensor_file import DamagedFileError
 from swarm_envs.worlds import load_world
 
 AFTER_TRAINING = {
-    "simclr": {"symmetries", "whiten", "whiten_variance", "normalise", "metrics"},
-    "triplet": {"symmetries", "whiten", "whiten_variance", "metrics"},  # its loss is on normalised embeddings
-    "untrained": {"symmetries", "whiten", "whiten_variance", "normalise", "metrics"},
+    "simclr": {"symmetries", "whiten", "whiten_variance", "normalise", "metrics", "metrics_roots"},
+    "triplet": {"symmetries", "whiten", "whiten_variance", "metrics", "metrics_roots"},  # its loss is on normalised embeddings
+    "untrained": {"symmetries", "whiten", "whiten_variance", "normalise", "metrics", "metrics_roots"},
 }
 """Settings of a representation that change what is made of the encoder's numbers, not the encoder."""
 NOTE = "handed_over.json"

@@ -1,0 +1,124 @@
+"""Clusters in units of what chance does: how rollouts of one controller differ from start to start."""
+
+import signal
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from discovery import atomic, load_run
+from discovery.chance import SHRINKAGE, in_units_of, within_groups
+from discovery.command import Opened, Stopped, run
+from discovery.dataset import make_dataset, rollouts_again
+from discovery.errors import DiscoveryError
+from discovery.evaluation.frequency import standardised_medoids
+from discovery.medoids import cluster
+from discovery.run_folder import ARCHIVE, CHANCE, METRICS, open_folder
+from discovery.simulate import Simulator
+from swarm_envs.metrics import hand_crafted
+from swarm_envs.worlds import load_world
+from tests.discovery.tiny_run import tiny
+
+WORDS = ("dataset.starts=2", "clustering.by_chance=true", "representation=hand_crafted", "clustering.medoids=4", "search.generations=4")
+
+
+def by_chance(*words: str) -> tuple[str, ...]:
+    return (*WORDS, *words)
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("chance") / "run"
+    run(tiny(*by_chance(f"folder={path}"), simclr=False), given=True, opened=Opened())
+    return path
+
+
+@pytest.mark.parametrize("starts", [2, 3, 7])
+def test_the_covariance_within_groups_is_found_whatever_the_groups_are(starts: int) -> None:
+    rng = np.random.default_rng(0)
+    mix = np.array([[2.0, 0.0, 0.0], [1.0, 0.5, 0.0], [0.0, 0.3, 0.1]])
+    away = rng.normal(size=(4000, starts, 3)) @ mix
+    rows = (away + 100 * rng.normal(size=(4000, 1, 3))).reshape(-1, 3)
+    np.testing.assert_allclose(within_groups(rows, starts), mix.T @ mix, atol=0.25)
+
+
+def test_in_its_units_a_covariance_is_nearly_one_and_a_direction_without_chance_is_not_blown_up_without_bound() -> None:
+    covariance = np.diag([100.0, 4.0, 0.0])
+    turn = in_units_of(covariance)
+    np.testing.assert_allclose(np.diag(turn.T @ covariance @ turn), [100 / 93.5, 4 / 7.1, 0], rtol=0.03)
+    assert turn[2, 2] == pytest.approx(1 / np.sqrt(SHRINKAGE * 104 / 3))
+    np.testing.assert_array_equal(in_units_of(np.zeros((2, 2))), np.eye(2))
+
+
+def test_heaps_that_chance_smears_along_one_direction_are_told_apart_only_in_units_of_chance() -> None:
+    rng = np.random.default_rng(1)
+
+    def draw(heap: npt.NDArray[np.int64]) -> npt.NDArray[np.float32]:
+        return np.column_stack([2 * heap + rng.normal(0, 0.1, len(heap)), rng.normal(0, 3, len(heap))]).astype(np.float32)
+
+    heaps = np.repeat(np.arange(3), 60)
+    points, dataset = draw(heaps), draw(np.repeat(rng.integers(0, 3, 200), 2))
+    turn = in_units_of(within_groups(dataset.astype(float), 2))
+    settings = tiny("clustering.medoids=3").clustering
+    plain, found = cluster(points, settings, 0), cluster(points, settings, 0, turn=turn)
+    purity = [np.mean([np.bincount(part).max() / 60 for part in np.split(each.labels, 3)]) for each in (plain, found)]
+    assert purity[0] < 0.75
+    assert purity[1] > 0.9
+
+
+def test_the_rollouts_measured_are_those_of_the_dataset_again(made: Path) -> None:
+    folder, simulator = open_folder(made), Simulator(load_world("hero_plus"), "chipmunk", 40, 1)
+    again = np.concatenate([hand_crafted(part) for part in rollouts_again(folder, simulator)])
+    np.testing.assert_array_equal(again, make_dataset(folder, simulator).metrics)
+    saved = folder.read_tensors(CHANCE)
+    assert saved is not None
+    np.testing.assert_allclose(saved.tensors["covariance"], within_groups(again.astype(np.float32).astype(float), 2))
+
+
+def test_a_run_read_back_has_the_units_that_its_medoids_were_chosen_in(made: Path) -> None:
+    found = load_run(made)
+    assert found.chance is not None
+    clusters = cluster(found.embeddings, found.settings.clustering, found.settings.seed, turn=found.chance)
+    np.testing.assert_array_equal(clusters.medoids, found.clusters.medoids)
+    assert len(standardised_medoids("", [found]).labels[0]) == 4
+    assert load_run(made).chance is not None
+
+
+def test_a_run_stopped_before_its_units_were_saved_ends_with_the_same_bits(
+    made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, replace = tmp_path / "stopped", atomic.os.replace
+
+    def stopping(source: Path, target: Path) -> None:
+        if Path(target).name == CHANCE:
+            raise Stopped(signal.SIGINT)
+        replace(source, target)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(atomic.os, "replace", stopping)
+        with pytest.raises(Stopped):
+            run(tiny(*by_chance(f"folder={path}"), simclr=False), given=True, opened=Opened())
+    (path / CHANCE).write_bytes(b"damaged")
+    run(tiny(*by_chance(f"resume={path}"), simclr=False), given=False, opened=Opened())
+    for name in (ARCHIVE, METRICS, CHANCE):
+        assert (path / name).read_bytes() == (made / name).read_bytes(), name
+    (path / CHANCE).unlink()
+    with pytest.raises(DiscoveryError, match="clustered in units of chance"):
+        _ = load_run(path).chance
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (
+            ("clustering.by_chance=true", "representation=hand_crafted"),
+            "clustering.by_chance: it shows in several starts of a controller, but dataset.starts is 1",
+        ),
+        (by_chance("clustering.whiten=true"), "clustering.by_chance: given together with clustering.whiten"),
+        (by_chance("clustering.standardise=true"), "clustering.by_chance: given together with clustering.standardise"),
+    ],
+)
+def test_units_that_cannot_be_had_are_refused_in_one_line(words: tuple[str, ...], message: str) -> None:
+    with pytest.raises(DiscoveryError, match=message):
+        tiny(*words, simclr=False)
