@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from discovery.dataset import rollouts_again
+from discovery.progress import bar
 from discovery.representations.interface import Representation
 from discovery.run_folder import CHANCE, RunFolder
 from discovery.simulate import Simulator
@@ -29,7 +30,12 @@ def covariance_by_chance(folder: RunFolder, simulator: Simulator, representation
     folder.forget_damaged(CHANCE)
     saved = folder.read_tensors(CHANCE)
     if saved is None:
-        embeddings = np.concatenate([representation.embed(part) for part in rollouts_again(folder, simulator)])
+        parts = []
+        with bar(folder.settings.dataset.videos, "chance", "rollouts") as progress:
+            for rollouts in rollouts_again(folder, simulator):
+                parts.append(representation.embed(rollouts))
+                progress.update(len(parts[-1]))
+        embeddings = np.concatenate(parts)
         found = within_groups(embeddings.astype(np.float64), folder.settings.dataset.starts)
         folder.write_tensors(CHANCE, {"covariance": found}, {"starts": folder.settings.dataset.starts})
         return found
@@ -46,7 +52,7 @@ def within_groups(rows: FloatArray, size: int) -> FloatArray:
 def in_units_of(covariance: FloatArray) -> FloatArray:
     """Return what embeddings are multiplied with to have distances in units of a covariance (d, d): its root's inverse, shrunk."""
     mean = np.trace(covariance) / len(covariance)
-    if not mean > 0.0:
+    if mean == 0.0:
         return np.eye(len(covariance))  # chance changes nothing
     variances, axes = np.linalg.eigh((1.0 - SHRINKAGE) * covariance + SHRINKAGE * mean * np.eye(len(covariance)))
     return np.asarray((axes / np.sqrt(variances)) @ axes.T)

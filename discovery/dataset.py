@@ -27,7 +27,7 @@ class Dataset:
     """Random controllers and what they did."""
 
     controllers: FloatArray
-    """(N, 4) in m/s and rad/s; as often as the dataset's settings ask, side by side."""
+    """(N, 4) in m/s and rad/s; each ``dataset.starts`` times, side by side."""
     videos: npt.NDArray[np.uint8]
     """(N, frames, size, size), greyscale."""
     metrics: FloatArray
@@ -40,10 +40,10 @@ def make_dataset(folder: RunFolder, simulator: Simulator) -> Dataset:
     """Simulate and render what is not in the folder yet, and return the whole dataset."""
     settings, seed = folder.settings.dataset, folder.settings.seed
     parts = [part.tensors for part in folder.parts("dataset")]
-    starts = range(0, settings.videos, settings.chunk)
+    begins = range(0, settings.videos, settings.chunk)
     with bar(settings.videos, "dataset", "videos", min(len(parts) * settings.chunk, settings.videos)) as progress:
-        for number in range(len(parts), len(starts)):
-            count = min(settings.chunk, settings.videos - starts[number])
+        for number in range(len(parts), len(begins)):
+            count = min(settings.chunk, settings.videos - begins[number])
             drawn = random_controllers(simulator.world, count // settings.starts, generator(seed, "dataset controllers", number))
             controllers = np.repeat(drawn, settings.starts, axis=0)
             part = _make_part(simulator, controllers, whole_seed(seed, "dataset starts", number), settings)

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from discovery.randomness import generator, whole_seed
 from discovery.settings import ClusteringSettings
-from discovery.space import make_space
+from discovery.space import clustering_space
 
 
 @dataclass(frozen=True)
@@ -58,9 +58,12 @@ def cluster(
         seed: The run's.
         distance: ``euclidean`` or ``cosine``.
         members: (M,) rows that medoids are of; None: all.
-        turn: (d, m) what embeddings are multiplied with first, for ``settings.by_chance``.
+        turn: (d, m) what embeddings are multiplied with first, with ``settings.by_chance`` and only then.
+
+    Raises:
+        ValueError: When there is a turn and ``settings.by_chance`` asks for none, or the other way round.
     """
-    space = make_space(embeddings, distance, settings.standardise, settings.whiten, turn)
+    space = clustering_space(embeddings, settings, distance, turn)
     places = space.place(embeddings)
     rows = np.arange(len(places)) if members is None else members
     if len(rows) == len(places) <= settings.sample:

@@ -77,7 +77,7 @@ class Run:
         return found.encoder
 
     @cached_property
-    def chance(self) -> npt.NDArray[np.float64] | None:
+    def chance_turn(self) -> npt.NDArray[np.float64] | None:
         """What embeddings are multiplied with before they are clustered, (d, d), where ``clustering.by_chance`` asks for it.
 
         Raises:

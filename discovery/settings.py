@@ -33,7 +33,7 @@ class DatasetSettings:
     """Videos of random controllers."""
 
     videos: int = number(2)
-    """How many."""
+    """How many, over all controllers and their starts."""
     frames: int = number(1, 64)
     """Frames of a video, evenly spaced over the last half of the rollout."""
     trail: bool = False
@@ -311,6 +311,8 @@ def _check_together(settings: Settings) -> None:
     if isinstance(representation, SimCLRSettings) and representation.batch > controllers:
         of = "dataset.videos" if settings.dataset.starts == 1 else "the controllers of the dataset, dataset.videos / dataset.starts"
         raise DiscoveryError(f"representation.batch: given {representation.batch}, expected at most {of}, {controllers}")
+    if isinstance(representation, NetworkSettings) and representation.metrics_roots and representation.metrics == 0.0:
+        raise DiscoveryError("representation.metrics_roots: given true, but representation.metrics=0 puts none beside the embedding")
     if isinstance(representation, SimCLRSettings | TripletSettings):
         crop = representation.crop_scale
         if len(crop) != 2 or crop[0] > crop[1]:
@@ -330,7 +332,7 @@ def _check_dataset(dataset: DatasetSettings) -> None:
 def _check_clustering(settings: Settings) -> None:
     clustering, starts = settings.clustering, settings.dataset.starts
     if clustering.by_chance and starts < 2:
-        raise DiscoveryError(f"clustering.by_chance: it shows in several starts of a controller, but dataset.starts is {starts}; take 2")
+        raise DiscoveryError(f"clustering.by_chance: needs dataset.starts of 2 or more, given {starts}")
     if clustering.by_chance and (clustering.standardise or clustering.whiten):
         other = "standardise" if clustering.standardise else "whiten"
         raise DiscoveryError(f"clustering.by_chance: given together with clustering.{other}, expected one of them")

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from sklearn.metrics.pairwise import euclidean_distances
 
 from discovery.novelty import unit
+from discovery.settings import ClusteringSettings
 
 KEPT = 0.99
 """Share of the variance in the principal components that whitening keeps: the others are noise, which it would blow up."""
@@ -40,6 +41,26 @@ class Space:
         strips = [euclidean_distances(part, second) for part in np.array_split(first, max(1, len(first) // 4096))]
         found = np.concatenate(strips) if len(first) else np.empty((0, len(second)), dtype=np.float32)
         return np.asarray(0.5 * found**2 if self.distance == "cosine" else found, dtype=np.float32)
+
+
+def clustering_space(
+    embeddings: npt.NDArray[Any], settings: ClusteringSettings, distance: str, turn: npt.NDArray[np.float64] | None
+) -> Space:
+    """Return the space that a run's archive is clustered in.
+
+    Args:
+        embeddings: (N, d).
+        settings: How embeddings are compared.
+        distance: ``euclidean`` or ``cosine``.
+        turn: (d, m) what embeddings are multiplied with first, with ``settings.by_chance`` and only then.
+
+    Raises:
+        ValueError: When there is a turn and none is asked for, or the other way round.
+    """
+    if settings.by_chance != (turn is not None):
+        given = "none" if turn is None else "one"
+        raise ValueError(f"clustering.by_chance is {settings.by_chance}, given {given} of discovery.chance.in_units_of")
+    return make_space(embeddings, distance, settings.standardise, settings.whiten, turn)
 
 
 def make_space(

@@ -20,7 +20,7 @@ from discovery.randomness import whole_seed
 from discovery.representations.interface import Representation
 from discovery.settings import Settings
 from discovery.simulate import Simulator
-from discovery.space import make_space
+from discovery.space import clustering_space
 
 STARTS = 3
 """Starts that each candidate is run from, the same for all."""
@@ -57,7 +57,7 @@ def steadiest(
     ``turn`` is what :func:`discovery.medoids.cluster` was given.
     """
     clustering = settings.clustering
-    space = make_space(archive.embeddings, settings.search.distance, clustering.standardise, clustering.whiten, turn)
+    space = clustering_space(archive.embeddings, clustering, settings.search.distance, turn)
     places = space.place(archive.embeddings)
     medoids = places[clusters.medoids]
     candidates = [

@@ -115,7 +115,7 @@ def _labels_of_medoids(
     embeddings: npt.NDArray[Any], labels: npt.NDArray[np.str_], run: Run, settings: ClusteringSettings | None = None
 ) -> list[str]:
     settings = settings or run.settings.clustering
-    turn = run.chance if settings.by_chance else None
+    turn = run.chance_turn if settings.by_chance else None
     clusters = cluster(embeddings, settings, run.settings.seed, run.settings.search.distance, turn=turn)
     return list(labels[clusters.medoids].tolist())
 

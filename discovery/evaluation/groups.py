@@ -12,7 +12,7 @@ from scipy import stats
 
 from discovery.errors import DiscoveryError
 from discovery.saved_run import Run, load_run
-from discovery.settings import PLACES, flat
+from discovery.settings import PLACES, NetworkSettings, flat
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -27,7 +27,7 @@ def representation_name(run: Run) -> str:
     settings, words = run.settings.representation, _method_name(run)
     if settings.method == "simclr" and (starts := run.settings.dataset.starts) > 1:
         words += f", pairs of {starts} starts"
-    if settings.method != "hand_crafted" and settings.metrics > 0.0:
+    if isinstance(settings, NetworkSettings) and settings.metrics > 0.0:
         words += ", metrics beside" + (" by roots" if settings.metrics_roots else "")
     return words
 
@@ -42,7 +42,7 @@ def _method_name(run: Run) -> str:
         return "ImageNet ResNet18" if origin.startswith("ImageNet") else "random ResNet18"
     if settings.method == "triplet":
         return "triplet learning" if settings.judgements else "triplet learning (simulated annotator)"
-    return "SimCLR"
+    return "SimCLR" if settings.method == "simclr" else str(settings.method)
 
 
 def load_groups(folders: Sequence[Path]) -> dict[str, list[Run]]:

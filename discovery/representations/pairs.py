@@ -14,7 +14,7 @@ Rows = npt.NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Pairs:
-    """The pairs of a training, in which no controller comes twice in a batch and every video is a first view once an epoch.
+    """The pairs of a training, in which no controller comes twice in a batch and no video is a first view twice in an epoch.
 
     With one start, both views are of one video, as in SimCLR. With more, they are of two runs of a controller: what chance and the
     start did is different in the two, what the controller does is not, so this is what the encoder learns to see.
@@ -29,7 +29,7 @@ class Pairs:
 
     @property
     def steps(self) -> int:
-        """Steps of an epoch. The rest of the controllers is left out: NT-Xent's value depends on the batch's size."""
+        """Steps of an epoch: whole batches of each start's videos. The rest is left out: NT-Xent's value depends on the batch's size."""
         return self.starts * (self.videos // self.starts // self.batch)
 
     def __call__(self, seed: int, number: int) -> tuple[Rows, Rows]:

@@ -79,7 +79,9 @@ def train_simclr(
     seed, data, loss = folder.settings.seed, torch.from_numpy(videos), NTXentLoss(settings.temperature)
 
     def one(number: int) -> None:
-        first, second = (data[torch.from_numpy(rows)] for rows in pairs(seed, number))
+        rows, others = pairs(seed, number)
+        first = data[torch.from_numpy(rows)]
+        second = first if pairs.starts == 1 else data[torch.from_numpy(others)]
         views = torch.Generator().manual_seed(whole_seed(seed, "views", number))
         step(training, (first, second), views, settings, compute, loss)
 

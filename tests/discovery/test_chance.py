@@ -1,5 +1,6 @@
 """Clusters in units of what chance does: how rollouts of one controller differ from start to start."""
 
+import dataclasses
 import signal
 from pathlib import Path
 
@@ -12,9 +13,9 @@ from discovery.chance import SHRINKAGE, in_units_of, within_groups
 from discovery.command import Opened, Stopped, run
 from discovery.dataset import make_dataset, rollouts_again
 from discovery.errors import DiscoveryError
-from discovery.evaluation.frequency import standardised_medoids
+from discovery.evaluation.frequency import random_searches, standardised_medoids
 from discovery.medoids import cluster
-from discovery.run_folder import ARCHIVE, CHANCE, METRICS, open_folder
+from discovery.run_folder import ARCHIVE, CHANCE, ENCODER, METRICS, open_folder
 from discovery.simulate import Simulator
 from swarm_envs.metrics import hand_crafted
 from swarm_envs.worlds import load_world
@@ -60,8 +61,9 @@ def test_heaps_that_chance_smears_along_one_direction_are_told_apart_only_in_uni
     heaps = np.repeat(np.arange(3), 60)
     points, dataset = draw(heaps), draw(np.repeat(rng.integers(0, 3, 200), 2))
     turn = in_units_of(within_groups(dataset.astype(float), 2))
-    settings = tiny("clustering.medoids=3").clustering
-    plain, found = cluster(points, settings, 0), cluster(points, settings, 0, turn=turn)
+    words = ("clustering.medoids=3", "dataset.starts=2")
+    by_turn = tiny(*words, "clustering.by_chance=true").clustering
+    plain, found = cluster(points, tiny(*words).clustering, 0), cluster(points, by_turn, 0, turn=turn)
     purity = [np.mean([np.bincount(part).max() / 60 for part in np.split(each.labels, 3)]) for each in (plain, found)]
     assert purity[0] < 0.75
     assert purity[1] > 0.9
@@ -78,11 +80,12 @@ def test_the_rollouts_measured_are_those_of_the_dataset_again(made: Path) -> Non
 
 def test_a_run_read_back_has_the_units_that_its_medoids_were_chosen_in(made: Path) -> None:
     found = load_run(made)
-    assert found.chance is not None
-    clusters = cluster(found.embeddings, found.settings.clustering, found.settings.seed, turn=found.chance)
+    assert found.chance_turn is not None
+    clusters = cluster(found.embeddings, found.settings.clustering, found.settings.seed, turn=found.chance_turn)
     np.testing.assert_array_equal(clusters.medoids, found.clusters.medoids)
     assert len(standardised_medoids("", [found]).labels[0]) == 4
-    assert load_run(made).chance is not None
+    (sampled,) = random_searches({"": [found]}, Simulator(load_world("hero_plus"), "chipmunk", 40, 1))
+    assert len(sampled.labels[0]) == 4
 
 
 def test_a_run_stopped_before_its_units_were_saved_ends_with_the_same_bits(
@@ -105,15 +108,53 @@ def test_a_run_stopped_before_its_units_were_saved_ends_with_the_same_bits(
         assert (path / name).read_bytes() == (made / name).read_bytes(), name
     (path / CHANCE).unlink()
     with pytest.raises(DiscoveryError, match="clustered in units of chance"):
-        _ = load_run(path).chance
+        _ = load_run(path).chance_turn
+
+
+def test_units_of_chance_go_with_steady_medoids_of_a_tessellations_cells(tmp_path: Path) -> None:
+    words = ("search=cvt_random", "search.warmup=2", "search.cells=10", "clustering.of=archive", "clustering.stable=2")
+    run(tiny(*by_chance(*words, f"folder={tmp_path / 'run'}"), simclr=False), given=True, opened=Opened())
+    found = load_run(tmp_path / "run")
+    assert len(found.medoids) == 4
+    assert len(found.metrics["stability"]["returned"]) == 4
+
+
+def test_units_made_with_an_encoder_that_was_refused_are_made_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    words, replace = ("dataset.starts=2", "clustering.by_chance=true", "clustering.medoids=4"), atomic.os.replace
+    run(tiny(*words, f"folder={tmp_path / 'whole'}"), given=True, opened=Opened())
+
+    def stopping(source: Path, target: Path) -> None:
+        if Path(target).name == ARCHIVE:
+            raise Stopped(signal.SIGINT)
+        replace(source, target)
+
+    path = tmp_path / "stopped"
+    with monkeypatch.context() as patch:
+        patch.setattr(atomic.os, "replace", stopping)
+        with pytest.raises(Stopped):
+            run(tiny(*words, f"folder={path}"), given=True, opened=Opened())
+    (path / ENCODER).write_bytes(b"damaged")
+    with open_folder(path) as folder:
+        folder.write_tensors(CHANCE, {"covariance": np.eye(512)}, {"starts": 2})
+    run(tiny(*words, f"resume={path}"), given=False, opened=Opened())
+    for name in (ARCHIVE, ENCODER, CHANCE):
+        assert (path / name).read_bytes() == (tmp_path / "whole" / name).read_bytes(), name
+
+
+def test_clusters_in_units_of_chance_are_never_made_without_them_nor_others_with_them() -> None:
+    points, settings = np.random.default_rng(0).normal(size=(20, 2)), tiny(*WORDS, simclr=False).clustering
+    for asked, turn in ((True, None), (False, np.eye(2))):
+        with pytest.raises(ValueError, match=r"clustering\.by_chance is"):
+            cluster(points, dataclasses.replace(settings, by_chance=asked), 0, turn=turn)
 
 
 @pytest.mark.parametrize(
     ("words", "message"),
     [
+        (("representation=random", "representation.metrics_roots=true"), "representation.metrics_roots: given true, but"),
         (
             ("clustering.by_chance=true", "representation=hand_crafted"),
-            "clustering.by_chance: it shows in several starts of a controller, but dataset.starts is 1",
+            "clustering.by_chance: needs dataset.starts of 2 or more, given 1",
         ),
         (by_chance("clustering.whiten=true"), "clustering.by_chance: given together with clustering.whiten"),
         (by_chance("clustering.standardise=true"), "clustering.by_chance: given together with clustering.standardise"),

@@ -6,6 +6,8 @@ import csv
 import itertools
 import json
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -13,10 +15,11 @@ import pytest
 from discovery.command import Opened, run
 from discovery.evaluation.command import main
 from discovery.evaluation.frequency import Found
-from discovery.evaluation.groups import group, mean_and_error
+from discovery.evaluation.groups import group, mean_and_error, representation_name
 from discovery.evaluation.probes import probe
 from discovery.evaluation.triplets import confusion
 from discovery.held_out import draw_held_out, shares
+from discovery.saved_run import Run
 from discovery.simulate import Simulator
 from swarm_envs.behaviours import label
 from swarm_envs.worlds import load_world
@@ -171,3 +174,8 @@ def test_a_folder_without_a_run_is_one_line(tmp_path: Path, capsys: pytest.Captu
     assert len(said.splitlines()) == 1
     assert said.startswith("discovery.evaluation: ")
     assert str(tmp_path) in said
+
+
+def test_a_representation_that_somebody_adds_goes_by_its_method() -> None:
+    settings = SimpleNamespace(representation=SimpleNamespace(method="spacing", bins=16), dataset=SimpleNamespace(starts=2))
+    assert representation_name(cast(Run, SimpleNamespace(settings=settings))) == "spacing"

@@ -21,7 +21,7 @@ from tests.discovery.tiny_run import tiny
 
 
 @given(starts=st.integers(1, 5), batch=st.integers(2, 7), batches=st.integers(1, 4), rest=st.integers(0, 1), seed=st.integers(0, 99))
-def test_no_controller_comes_twice_in_a_batch_and_every_video_is_a_first_view_once_an_epoch(
+def test_no_controller_comes_twice_in_a_batch_and_no_video_is_a_first_view_twice_in_an_epoch(
     starts: int, batch: int, batches: int, rest: int, seed: int
 ) -> None:
     pairs = Pairs(starts * (batch * batches + rest), starts, batch)
