@@ -22,6 +22,10 @@ from discovery.run_folder import REPORT, RunFolder
 from discovery.simulate import Simulator
 
 
+SEARCHED = {"novelty": "Novelty search", "random": "Random sampling", "isoline": "Isoline variation"}
+"""Who found the controllers, by ``search.method``."""
+
+
 def write_report(
     folder: RunFolder,
     simulator: Simulator,
@@ -42,6 +46,7 @@ def write_report(
         manifest=manifest,
         origin=fitted.origin,
         cards=cards,
+        searched=SEARCHED[folder.settings.search.method],
         starts=STARTS,
         counts=_counts(archive, clusters),
         evaluations=len(archive),

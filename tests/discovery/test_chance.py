@@ -117,6 +117,7 @@ def test_units_of_chance_go_with_steady_medoids_of_a_tessellations_cells(tmp_pat
     found = load_run(tmp_path / "run")
     assert len(found.medoids) == 4
     assert len(found.metrics["stability"]["returned"]) == 4
+    assert "Random sampling evaluated" in (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
 
 
 def test_units_made_with_an_encoder_that_was_refused_are_made_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,6 +1,7 @@
 """The report: one file that asks the network for nothing, and shows what the archive holds."""
 
 import base64
+import dataclasses
 import json
 import re
 from html.parser import HTMLParser
@@ -13,6 +14,8 @@ import pytest
 import discovery
 from discovery.report.archive_map import choose_rows, lay_out
 from discovery.report.chart import line_chart
+from discovery.report.page import SEARCHED
+from discovery.settings import SearchSettings
 from discovery.simulate import Simulator
 from swarm_envs.worlds import load_world
 
@@ -67,6 +70,12 @@ def test_it_asks_the_network_for_nothing(text: str, page: Page) -> None:
             assert (given.get(key) or "data:").startswith(("data:", "#")), f"<{tag} {key}={given.get(key)}>"
     policy = page.all("meta", **{"http-equiv": "Content-Security-Policy"})
     assert policy[0]["content"].startswith("default-src 'none'")  # type: ignore[union-attr]
+
+
+def test_it_says_who_searched(text: str) -> None:
+    assert "Novelty search evaluated" in text
+    methods = next(field.metadata["options"] for field in dataclasses.fields(SearchSettings) if field.name == "method")
+    assert set(SEARCHED) == set(methods)
 
 
 def test_it_is_small(text: str) -> None:
