@@ -21,7 +21,6 @@ from discovery.representations.interface import Fitted
 from discovery.run_folder import REPORT, RunFolder
 from discovery.simulate import Simulator
 
-
 SEARCHED = {"novelty": "Novelty search", "random": "Random sampling", "isoline": "Isoline variation"}
 """Who found the controllers, by ``search.method``."""
 
