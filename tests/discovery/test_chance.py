@@ -1,16 +1,15 @@
 """Clusters in units of what chance does: how rollouts of one controller differ from start to start."""
 
 import dataclasses
-import signal
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 import pytest
 
-from discovery import atomic, load_run
+from discovery import load_run
 from discovery.chance import SHRINKAGE, in_units_of, within_groups
-from discovery.command import Opened, Stopped, run
+from discovery.command import Opened, run
 from discovery.dataset import make_dataset, rollouts_again
 from discovery.errors import DiscoveryError
 from discovery.evaluation.frequency import random_searches, standardised_medoids
@@ -19,6 +18,7 @@ from discovery.run_folder import ARCHIVE, CHANCE, ENCODER, METRICS, open_folder
 from discovery.simulate import Simulator
 from swarm_envs.metrics import hand_crafted
 from swarm_envs.worlds import load_world
+from tests.discovery.stopping import run_until
 from tests.discovery.tiny_run import tiny
 
 WORDS = ("dataset.starts=2", "clustering.by_chance=true", "representation=hand_crafted", "clustering.medoids=4", "search.generations=4")
@@ -91,17 +91,8 @@ def test_a_run_read_back_has_the_units_that_its_medoids_were_chosen_in(made: Pat
 def test_a_run_stopped_before_its_units_were_saved_ends_with_the_same_bits(
     made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    path, replace = tmp_path / "stopped", atomic.os.replace
-
-    def stopping(source: Path, target: Path) -> None:
-        if Path(target).name == CHANCE:
-            raise Stopped(signal.SIGINT)
-        replace(source, target)
-
-    with monkeypatch.context() as patch:
-        patch.setattr(atomic.os, "replace", stopping)
-        with pytest.raises(Stopped):
-            run(tiny(*by_chance(f"folder={path}"), simclr=False), given=True, opened=Opened())
+    path = tmp_path / "stopped"
+    run_until(CHANCE, tiny(*by_chance(f"folder={path}"), simclr=False), monkeypatch)
     (path / CHANCE).write_bytes(b"damaged")
     run(tiny(*by_chance(f"resume={path}"), simclr=False), given=False, opened=Opened())
     for name in (ARCHIVE, METRICS, CHANCE):
@@ -120,20 +111,13 @@ def test_units_of_chance_go_with_steady_medoids_of_a_tessellations_cells(tmp_pat
     assert "Random sampling evaluated" in (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
 
 
-def test_units_made_with_an_encoder_that_was_refused_are_made_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    words, replace = ("dataset.starts=2", "clustering.by_chance=true", "clustering.medoids=4"), atomic.os.replace
+def test_a_run_on_pairs_of_two_starts_that_was_stopped_makes_encoder_and_units_again_when_they_are_damaged(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    words, path = ("dataset.starts=2", "clustering.by_chance=true", "clustering.medoids=4"), tmp_path / "stopped"
     run(tiny(*words, f"folder={tmp_path / 'whole'}"), given=True, opened=Opened())
-
-    def stopping(source: Path, target: Path) -> None:
-        if Path(target).name == ARCHIVE:
-            raise Stopped(signal.SIGINT)
-        replace(source, target)
-
-    path = tmp_path / "stopped"
-    with monkeypatch.context() as patch:
-        patch.setattr(atomic.os, "replace", stopping)
-        with pytest.raises(Stopped):
-            run(tiny(*words, f"folder={path}"), given=True, opened=Opened())
+    run_until("training/step-0000003", tiny(*words, f"folder={path}"), monkeypatch)
+    run_until(ARCHIVE, tiny(*words, f"resume={path}"), monkeypatch)
     (path / ENCODER).write_bytes(b"damaged")
     with open_folder(path) as folder:
         folder.write_tensors(CHANCE, {"covariance": np.eye(512)}, {"starts": 2})

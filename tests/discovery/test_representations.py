@@ -5,15 +5,14 @@ from __future__ import annotations
 import dataclasses
 import json
 import shutil
-import signal
 from pathlib import Path
 
 import numpy as np
 import pytest
 import torch
 
-from discovery import atomic, load_run
-from discovery.command import Opened, Stopped, run
+from discovery import load_run
+from discovery.command import Opened, run
 from discovery.dataset import Dataset, make_dataset
 from discovery.errors import DiscoveryError
 from discovery.filming import film
@@ -27,6 +26,7 @@ from discovery.simulate import Simulator
 from swarm_envs.metrics import hand_crafted
 from swarm_envs.rendering import trails, videos
 from swarm_envs.worlds import load_world
+from tests.discovery.stopping import run_until
 from tests.discovery.tiny_run import tiny
 
 SMALL = {
@@ -95,17 +95,8 @@ def test_what_a_simulated_annotator_taught_is_marked_as_such_wherever_it_is_show
 def test_triplet_learning_that_was_stopped_ends_with_the_same_bits(
     runs: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    path, replace = tmp_path / "stopped", atomic.os.replace
-
-    def stopping(source: Path, target: Path) -> None:
-        if "step-0000003" in str(target):
-            raise Stopped(signal.SIGINT)
-        replace(source, target)
-
-    with monkeypatch.context() as patch:
-        patch.setattr(atomic.os, "replace", stopping)
-        with pytest.raises(Stopped):
-            run(small("triplet", f"folder={path}"), given=True, opened=Opened())
+    path = tmp_path / "stopped"
+    run_until("step-0000003", small("triplet", f"folder={path}"), monkeypatch)
     assert (path / "training" / "step-0000002.safetensors").exists()
     run(small("triplet", f"resume={path}"), given=False, opened=Opened())
     for name in (ARCHIVE, ENCODER):
@@ -163,17 +154,8 @@ def test_a_trail_is_drawn_into_the_pictures_that_an_encoder_sees(whitened: Path)
 def test_a_run_that_was_stopped_before_its_scales_were_saved_ends_with_the_same_bits(
     file: str, whitened: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    path, replace = tmp_path / "stopped", atomic.os.replace
-
-    def stopping(source: Path, target: Path) -> None:
-        if Path(target).name == file:
-            raise Stopped(signal.SIGINT)
-        replace(source, target)
-
-    with monkeypatch.context() as patch:
-        patch.setattr(atomic.os, "replace", stopping)
-        with pytest.raises(Stopped):
-            run(small("random", f"folder={path}", *WHITENED), given=True, opened=Opened())
+    path = tmp_path / "stopped"
+    run_until(file, small("random", f"folder={path}", *WHITENED), monkeypatch)
     assert (path / ENCODER).exists()
     run(small("random", f"resume={path}", *WHITENED), given=False, opened=Opened())
     for name in (ARCHIVE, ENCODER, WHITENING, BESIDE):

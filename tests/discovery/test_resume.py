@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from discovery import atomic
-from discovery.command import CONFIGS, Opened, Stopped, run
+from discovery.command import CONFIGS, Opened, run
 from discovery.errors import DiscoveryError
 from discovery.run_folder import ARCHIVE, ENCODER, METRICS, open_folder
+from tests.discovery.stopping import run_until
 from tests.discovery.tiny_run import TINY, tiny
 
 RESULTS = (ARCHIVE, ENCODER, METRICS)
@@ -28,20 +28,9 @@ def assert_same_results(path: Path, expected: Path) -> None:
         assert (path / name).read_bytes() == (expected / name).read_bytes(), f"{name} differs"
 
 
-def run_until(names: str, path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Start the tiny run and interrupt it just before a file whose path holds ``names`` gets its place."""
-    replace = os.replace
-
-    def stopping(source: Path, target: Path) -> None:
-        if names in str(target):
-            raise Stopped(signal.SIGINT)
-        replace(source, target)
-
-    settings = tiny(f"resume={path}" if path.exists() else f"folder={path}")
-    with monkeypatch.context() as patch:
-        patch.setattr(atomic.os, "replace", stopping)
-        with pytest.raises(Stopped):
-            run(settings, given=False, opened=Opened())
+def stop_before(names: str, path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Start the tiny run, or resume it, and interrupt it there."""
+    run_until(names, tiny(f"resume={path}" if path.exists() else f"folder={path}"), monkeypatch)
 
 
 def test_the_same_seed_gives_the_same_archive_to_the_last_bit(finished: Path, tmp_path: Path) -> None:
@@ -55,7 +44,7 @@ def test_a_run_stopped_again_and_again_at_every_stage_ends_with_the_same_bits(
     path = tmp_path / "stopped"
     places = ("manifest.json", "dataset/00001", "training/start", "training/step-0000002", ENCODER, "search/00000", "search/00002", ARCHIVE)
     for place in (*places, "report.html"):
-        run_until(place, path, monkeypatch)
+        stop_before(place, path, monkeypatch)
         assert not any((path / place).parent.glob(f"{Path(place).name}*")), f"{place} was written although the run was stopped before"
     resume(path)
     assert_same_results(path, finished)
@@ -63,7 +52,7 @@ def test_a_run_stopped_again_and_again_at_every_stage_ends_with_the_same_bits(
 
 def stopped_after_training_began(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     path = tmp_path / "stopped"
-    run_until("training/step-0000003", path, monkeypatch)
+    stop_before("training/step-0000003", path, monkeypatch)
     return path
 
 
@@ -86,7 +75,7 @@ def test_damaged_parts_are_refused_and_made_again(
     finished: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "stopped"
-    run_until(ARCHIVE, path, monkeypatch)
+    stop_before(ARCHIVE, path, monkeypatch)
     for part in ("dataset/00001.safetensors", "search/00001.safetensors"):
         (path / part).write_bytes((path / part).read_bytes()[:-50])
     resume(path)
@@ -108,7 +97,7 @@ def test_a_tampered_encoder_of_an_unfinished_run_is_refused_and_made_again_from_
     finished: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "stopped"
-    run_until("search/00001", path, monkeypatch)
+    stop_before("search/00001", path, monkeypatch)
     (path / ENCODER).write_bytes((path / ENCODER).read_bytes()[:-1])
     with monkeypatch.context() as patch:
         patch.delattr("discovery.representations.simclr.step")  # no step is needed
@@ -133,18 +122,9 @@ def test_every_kind_of_search_resumes_to_the_same_bits(kind: str, tmp_path: Path
         else ("search.distance=cosine",)
     )
     words = ("representation=hand_crafted", "tracker=none", f"search={kind}", *options, *cells)
-    whole, path, replace = tmp_path / "whole", tmp_path / "stopped", os.replace
+    whole, path = tmp_path / "whole", tmp_path / "stopped"
     run(tiny(*words, f"folder={whole}", simclr=False), given=True, opened=Opened())
-
-    def stopping(source: Path, target: Path) -> None:
-        if "search/00003" in str(target):
-            raise Stopped(signal.SIGINT)
-        replace(source, target)
-
-    with monkeypatch.context() as patch:
-        patch.setattr(atomic.os, "replace", stopping)
-        with pytest.raises(Stopped):
-            run(tiny(*words, f"folder={path}", simclr=False), given=True, opened=Opened())
+    run_until("search/00003", tiny(*words, f"folder={path}", simclr=False), monkeypatch)
     assert (path / "search" / "00002.safetensors").exists()
     run(tiny(f"resume={path}"), given=False, opened=Opened())
     for name in (ARCHIVE, METRICS):

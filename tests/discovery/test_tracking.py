@@ -14,11 +14,12 @@ import numpy as np
 import pytest
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
-from discovery import atomic, tracking
-from discovery.command import Opened, Stopped, run
+from discovery import tracking
+from discovery.command import Opened, run
 from discovery.errors import DiscoveryError
 from discovery.run_folder import ENCODER, METRICS, RunFolder
 from discovery.tracking import Tracker, make_tracker
+from tests.discovery.stopping import run_until
 from tests.discovery.tiny_run import tiny
 
 
@@ -50,18 +51,9 @@ def test_tensorboard_shows_losses_rates_novelty_labels_and_medoids(finished: Pat
 
 
 def test_a_resumed_run_has_no_entry_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path, replace = tmp_path / "stopped", atomic.os.replace
+    path = tmp_path / "stopped"
     for place in ("training/step-0000003", ENCODER, "search/00002", METRICS):
-
-        def stopping(source: Path, target: Path, place: str = place) -> None:
-            if place in str(target):
-                raise Stopped(2)
-            replace(source, target)
-
-        with monkeypatch.context() as patch:
-            patch.setattr(atomic.os, "replace", stopping)
-            with pytest.raises(Stopped):
-                run(tiny(f"resume={path}" if path.exists() else f"folder={path}"), given=False, opened=Opened())
+        run_until(place, tiny(f"resume={path}" if path.exists() else f"folder={path}"), monkeypatch)
     run(tiny(f"resume={path}"), given=False, opened=Opened())
     assert_complete(path)
 
