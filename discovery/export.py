@@ -6,7 +6,6 @@ A run writes the same files into its own folder, under ``medoids``, when it ends
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -18,6 +17,7 @@ from discovery.errors import DiscoveryError
 from discovery.medoids import Clusters
 from discovery.saved_run import load_run, medoids_of
 from discovery.simulate import Simulator
+from swarm_envs.cores import available_cores
 from swarm_envs.rendering import save_video
 from swarm_envs.worlds import WorldError, load_world
 
@@ -64,7 +64,7 @@ def main(given: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m discovery.export", description=__doc__)
     parser.add_argument("run", type=Path, help="folder of a finished run")
     parser.add_argument("--out", type=Path, required=True, help="folder for the files")
-    parser.add_argument("--threads", type=int, default=len(os.sched_getaffinity(0)), help="cores to use (default: all)")
+    parser.add_argument("--threads", type=int, default=available_cores(), help="cores to use (default: all)")
     arguments = parser.parse_args(given)
     try:
         run = load_run(arguments.run)

@@ -21,6 +21,7 @@ from discovery.errors import DiscoveryError
 from discovery.settings import PLACES, Settings, flat, read_settings, to_yaml
 from discovery.tensor_file import DamagedFileError, TensorFile, read_tensor_file, write_tensor_file
 from discovery.tracking.interface import Silent, Tracker
+from swarm_envs.cores import available_cores
 
 CONFIG, MANIFEST, ARCHIVE, METRICS, ENCODER, CHANCE, REPORT = (
     "config.yaml", "manifest.json", "archive.parquet", "metrics.json", "encoder.safetensors", "chance.safetensors", "report.html",
@@ -114,7 +115,7 @@ def make_folder(settings: Settings) -> RunFolder:
         DiscoveryError: When the folder holds something already, or cannot be made.
     """
     # The number of threads decides how sums are split, hence the last bits: it belongs to the run, also when it is resumed elsewhere.
-    settled = dataclasses.replace(settings, threads=settings.threads or len(os.sched_getaffinity(0)))
+    settled = dataclasses.replace(settings, threads=settings.threads or available_cores())
     path = _made(settings)
     with RunFolder(path, settled) as folder:  # locked: of two processes that make one folder at the same time the second is refused
         if (path / CONFIG).exists():

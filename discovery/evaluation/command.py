@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from discovery.errors import DiscoveryError
 from discovery.evaluation.study.command import add_study, run_study
+from swarm_envs.cores import available_cores
 from swarm_envs.worlds import WorldError
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ def parser() -> argparse.ArgumentParser:
     top = argparse.ArgumentParser(prog="python -m discovery.evaluation", description=__doc__)
     kinds = top.add_subparsers(dest="kind", required=True)
     computing = argparse.ArgumentParser(add_help=False)
-    computing.add_argument("--threads", type=int, default=len(os.sched_getaffinity(0)), help="cores to use (default: all)")
+    computing.add_argument("--threads", type=int, default=available_cores(), help="cores to use (default: all)")
     shared = argparse.ArgumentParser(add_help=False, parents=[computing])
     shared.add_argument("runs", nargs="+", type=Path, help="folders of finished runs; seeds of one representation go together")
     shared.add_argument("--out", type=Path, required=True, help="folder for the figures and tables")

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import functools
 import math
-import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Protocol
@@ -20,6 +19,7 @@ import numpy.typing as npt
 from PIL import Image, ImageDraw
 
 from swarm_envs.compiled import compiled
+from swarm_envs.cores import available_cores
 from swarm_envs.rendering.view import bounds
 from swarm_envs.worlds.spec import PushableObject, WorldSpec
 
@@ -105,14 +105,9 @@ def videos(trajectories: _Trajectories, frames: int = 3, size: int = 64, *, thre
         _draw(poses[part], shown, stage.stamps, stage.models, stage.frame, still, out[part])
 
     starts = range(0, len(poses), CHUNK)
-    with ThreadPoolExecutor(threads or cores()) as pool:
+    with ThreadPoolExecutor(threads or available_cores()) as pool:
         list(pool.map(draw, starts))
     return out
-
-
-def cores() -> int:
-    """Cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 class _Stage:

@@ -8,7 +8,8 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from swarm_envs.compiled import compiled
-from swarm_envs.rendering.greyscale import CHUNK, Array, Grey, Indices, cores, frame_indices
+from swarm_envs.cores import available_cores
+from swarm_envs.rendering.greyscale import CHUNK, Array, Grey, Indices, frame_indices
 from swarm_envs.rendering.view import bounds
 from swarm_envs.simulation import Trajectories
 
@@ -45,7 +46,7 @@ def trails(trajectories: Trajectories, frames: int = 3, size: int = 64, *, threa
     def draw(first: int) -> None:
         _draw_paths(poses[first : first + CHUNK], starts, ends, radii, frame, out[first : first + CHUNK])
 
-    with ThreadPoolExecutor(threads or cores()) as pool:
+    with ThreadPoolExecutor(threads or available_cores()) as pool:
         list(pool.map(draw, range(0, len(poses), CHUNK)))
     return out
 

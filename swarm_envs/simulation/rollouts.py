@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
+from swarm_envs.cores import available_cores
 from swarm_envs.simulation.parameters import FloatArray
 from swarm_envs.simulation.simulation import Simulation, check_engine
 from swarm_envs.simulation.trajectories import Trajectories
@@ -81,7 +81,7 @@ def rollouts(
             simulation.run(array[part], record_every, record_every, poses[two], detections[two], commands[two])
             objects[part, k + 1] = simulation.objects
 
-    workers = threads or os.cpu_count() or 1
+    workers = threads or available_cores()
     with ThreadPoolExecutor(max_workers=workers) as pool:
         for _ in pool.map(run, range(0, count, CHUNK)):
             pass

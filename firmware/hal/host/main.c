@@ -6,6 +6,7 @@
  *   {"ns": CLOCK_MONOTONIC, "robot": 3, "state": 2, "reason": 2, "driven": true, "version": 1}
  * With SEEN_PERIOD_MS something stands before the sensor for half of each such period. Ends when standard input does. */
 #define _POSIX_C_SOURCE 200809L
+#define _DARWIN_C_SOURCE  // macOS hides MSG_DONTWAIT from strict POSIX
 
 #include <arpa/inet.h>
 #include <fcntl.h>
@@ -49,7 +50,7 @@ static void send_to(void *context, const uint8_t *data, size_t size, struct hero
 static uint64_t random64(void *context) {
   uint64_t number = 0;
   (void)context;
-  if (getrandom(&number, sizeof number, 0) != (ssize_t)sizeof number) return 0;
+  if (getentropy(&number, sizeof number) != 0) return 0;
   return number;
 }
 
