@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 # Arguments for the discovery command, such as: make discover ARGS="experiment=paper seed=3"
 ARGS ?=
-# Libraries of docs/site/guides that take other versions of packages than $(VENV) has: only what differs is installed, and found first.
+# Libraries of docs/guides that take other versions of packages than $(VENV) has: only what differs is installed, and found first.
 GUIDES := $(VENV)/guides/benchmarl/installed $(VENV)/guides/rllib/installed
 
 .PHONY: help discover test guide-packages lint format bench study-walls paper-study calibration-study firmware firmware-test firmware-fuzz hardware docs clean

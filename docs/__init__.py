@@ -1,1 +1,1 @@
-"""The documentation: guides as Markdown, and the site that is built of them."""
+"""The documentation: the pages that Sphinx reads, the studies, and what builds the site of them."""

@@ -3,7 +3,8 @@
 The names are the paper's (Fig. "Discovered Behaviors"): aggregation, cyclic pursuit, dispersal, milling, wall following, and random for
 everything else. :func:`features` measures a swarm over the last :data:`WINDOW` seconds, each number without unit, scaled with the robots'
 radius, their number, the arena and the world's speed limit. :data:`RULES` says what each behaviour demands of them. :func:`scores` says by
-how much each rule is kept or broken, and :func:`label` picks the rule kept best. ``docs/behaviours.md`` shows each class and its borders.
+how much each rule is kept or broken, and :func:`label` picks the rule kept best.
+``docs/guides/behaviours.md`` shows each class and its borders.
 """
 
 from __future__ import annotations

@@ -1,1 +1,1 @@
-"""The site: what Sphinx reads, and the modules that write and build it."""
+"""What makes the site: the modules that write its generated pages and pictures, their data, and the build."""

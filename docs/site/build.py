@@ -38,7 +38,7 @@ def main() -> None:
     clips.film(STATIC / "clips")
     build_playground()
     html = BUILD / "html"
-    command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-E", "-a", "-q", "-b", "html", str(ROOT / "docs" / "site"), str(html)]
+    command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-E", "-a", "-q", "-b", "html", str(ROOT / "docs"), str(html)]
     subprocess.run(command, cwd=ROOT, check=True)
     print(html / "index.html")
 

@@ -20,13 +20,13 @@ from swarm_envs.envs.swarm import SwarmEnv
 from swarm_envs.envs.tasks import TASKS
 from swarm_envs.worlds import WorldSpec
 
-SITE = Path(__file__).parent
-PRESETS: list[dict[str, Any]] = json.loads((SITE / "presets.json").read_text())
+DOCS = Path(__file__).parents[1]
+PRESETS: list[dict[str, Any]] = json.loads(Path(__file__).with_name("presets.json").read_text())
 """Named behaviours: behaviour, world, controller [v0, omega0, v1, omega1] in m/s and rad/s, seed."""
 
 
 def pages() -> dict[str, str]:
-    """Return every generated page's text by its path under docs/site."""
+    """Return every generated page's text by its path under docs."""
     written = {f"environments/{slug(name)}.md": environment_page(name, task) for name, task in ENVIRONMENTS.items()}
     written["environments/index.md"] = environment_index()
     written |= {f"worlds/{name}.md": world_page(swarm_envs.load_world(name)) for name in swarm_envs.world_names()}
@@ -289,7 +289,7 @@ evaluated in [{run["world"]}](worlds/{run["world"]}.md). Near on the map is alik
 {len(data["medoids"])} medoids that stand for all.
 
 ```{{raw}} html
-:file: atlas_map.html
+:file: site/atlas_map.html
 ```
 
 ## The medoids
@@ -326,8 +326,8 @@ def _handed_over(stages: dict[str, str]) -> str:
 def write() -> None:
     """Write every generated page."""
     for path, text in pages().items():
-        (SITE / path).parent.mkdir(parents=True, exist_ok=True)
-        (SITE / path).write_text(text)
+        (DOCS / path).parent.mkdir(parents=True, exist_ok=True)
+        (DOCS / path).write_text(text)
 
 
 if __name__ == "__main__":

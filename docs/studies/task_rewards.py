@@ -1,4 +1,4 @@
-"""The table of ``docs/training.md``: what each task pays its own behaviour, and random controllers.
+"""The table of ``docs/guides/training.md``: what each task pays its own behaviour, and random controllers.
 
 ``python docs/studies/task_rewards.py`` prints it: means over whole runs of 1,200 uniform controllers in `unrefined`, where the paper found
 all five behaviours. Labels are given by rules.

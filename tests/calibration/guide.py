@@ -1,4 +1,4 @@
-"""The snippets of docs/calibration.md."""
+"""The snippets of docs/guides/calibration.md."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 from swarm_envs.calibration.command import main
 
-GUIDE = (Path(__file__).parents[2] / "docs" / "calibration.md").read_text(encoding="utf-8")
+GUIDE = (Path(__file__).parents[2] / "docs" / "guides" / "calibration.md").read_text(encoding="utf-8")
 SNIPPETS = re.findall(r"```(python|bash|yaml)\n(.*?)```", GUIDE, flags=re.DOTALL)
 
 

@@ -14,10 +14,8 @@ from pathlib import Path
 
 import pytest
 
-from docs.site.conf import file_of
-
 ROOT = Path(__file__).parents[2]
-SITE = ROOT / "docs" / "site"
+DOCS = ROOT / "docs"
 FENCE = re.compile(r"^```(?:\{code-block\} )?(\w+)\n(.*?)^```$", flags=re.DOTALL | re.MULTILINE)
 CAPTION = re.compile(r":caption: (\S+)\n\n")
 NEEDS = {
@@ -51,13 +49,14 @@ class Snippet:
 
 def snippets(page: Path) -> list[Snippet]:
     found = []
-    for language, text in FENCE.findall((file_of(page) or page).read_text(encoding="utf-8")):
+    for language, text in FENCE.findall(page.read_text(encoding="utf-8")):
         caption = CAPTION.match(text)
         found.append(Snippet(language, text[caption.end() :] if caption else text, caption[1] if caption else None))
     return found
 
 
-PAGES = {page.stem: page for page in sorted(SITE.rglob("*.md")) if any(each.language not in OPEN for each in snippets(page))}
+WRITTEN = [page for folder in (".", "environments", "guides", "studies", "worlds") for page in sorted((DOCS / folder).glob("*.md"))]
+PAGES = {page.stem: page for page in WRITTEN if any(each.language not in OPEN for each in snippets(page))}
 
 
 def environment(root: Path) -> dict[str, str]:

@@ -16,16 +16,16 @@ from swarm_envs import behaviours
 from swarm_envs.envs.registration import ENVIRONMENTS
 
 ROOT = Path(__file__).parents[2]
-SITE = ROOT / "docs" / "site"
+DOCS = ROOT / "docs"
 FIRST_VIEW = 1_000_000
 """Bytes that the front page may load before anyone scrolls."""
 
 
 def test_committed_pages_are_what_the_generator_writes() -> None:
     pages = generate.pages()
-    stale = [path for path, text in pages.items() if not (SITE / path).exists() or (SITE / path).read_text() != text]
+    stale = [path for path, text in pages.items() if not (DOCS / path).exists() or (DOCS / path).read_text() != text]
     assert not stale, "run python -m docs.site.generate"
-    on_disk = {f"{folder}/{path.name}" for folder in ("environments", "worlds") for path in (SITE / folder).glob("*.md")}
+    on_disk = {f"{folder}/{path.name}" for folder in ("environments", "worlds") for path in (DOCS / folder).glob("*.md")}
     assert on_disk == set(pages) - {"atlas.md"}, "pages of environments or worlds that are gone"
 
 
@@ -41,14 +41,14 @@ def test_every_environment_has_every_section_of_its_docstring() -> None:
         "Version History",
     ]
     for name in ENVIRONMENTS:
-        headings = re.findall(r"^## (.+)$", (SITE / f"environments/{generate.slug(name)}.md").read_text(), flags=re.MULTILINE)
+        headings = re.findall(r"^## (.+)$", (DOCS / f"environments/{generate.slug(name)}.md").read_text(), flags=re.MULTILINE)
         assert [heading for heading in headings if heading in expected] == expected
 
 
 def test_every_sourced_number_of_a_world_is_in_its_table() -> None:
     for name in swarm_envs.world_names():
         world = swarm_envs.load_world(name)
-        text = (SITE / f"worlds/{name}.md").read_text()
+        text = (DOCS / f"worlds/{name}.md").read_text()
         assert all(f"| `{path}` |" in text for path in world.provenance)
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-GUIDE = Path(__file__).parents[2] / "docs" / "training.md"
+GUIDE = Path(__file__).parents[2] / "docs" / "guides" / "training.md"
 SNIPPETS = dict(re.findall(r"## ([^\n]*)\n(?:(?!## ).)*?```python\n(.*?)```", GUIDE.read_text(encoding="utf-8"), flags=re.DOTALL))
 
 

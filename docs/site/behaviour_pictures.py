@@ -1,6 +1,6 @@
-"""Draw the pictures of docs/behaviours.md: what the rules name, and what lies on their borders.
+"""Draw the pictures of docs/guides/behaviours.md: what the rules name, and what lies on their borders.
 
-Run from the repository root: python docs/images/make_behaviours.py
+Run from the repository root: python -m docs.site.behaviour_pictures
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from swarm_envs import Trajectories, behaviours, load_world, rollouts
 from swarm_envs.rendering import Renderer
 from swarm_envs.worlds import WorldSpec
 
-FOLDER = Path(__file__).parent
+FOLDER = Path(__file__).parents[1] / "images"
 CONTROLLERS = 1200
 TILES = 6
 TILE_WIDTH = 170
