@@ -290,7 +290,7 @@ def _read(run: SwarmRun, world: WorldSpec, parameters: FloatArray, seed: int) ->
     simulation.poses[:] = np.stack([at(track, looked) for track in run.tracks], axis=1)
     ticks = round((end - run.begin) / TICK) + 1
     speed = motion(parameters, run.tracks, run.begin, ticks, run.gains).speed
-    simulation.state.motion[:] = speed[np.clip(((looked - run.begin) / TICK).astype(int), 0, ticks - 1)]
+    simulation.state.drive_velocity[:] = speed[np.clip(((looked - run.begin) / TICK).astype(int), 0, ticks - 1)]
     simulation.observe()
     readings = simulation.detections.reshape(len(times), len(robots), -1)[..., 0]
     given, true = [], []

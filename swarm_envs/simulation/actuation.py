@@ -15,7 +15,7 @@ import numpy as np
 from swarm_envs.compiled import compiled
 from swarm_envs.simulation import parameters as p
 from swarm_envs.simulation import scratch as m
-from swarm_envs.simulation.parameters import Asked, FloatArray, WorldArrays
+from swarm_envs.simulation.parameters import FeatureFlag, FloatArray, WorldArrays
 from swarm_envs.simulation.randomness import STREAM_COMMAND_LOSS, STREAM_START_KICK, normal, uniform
 from swarm_envs.simulation.scratch import Scratch
 from swarm_envs.simulation.state import StateArrays
@@ -23,85 +23,87 @@ from swarm_envs.simulation.trigonometry import cos_sin, sinc
 
 
 @compiled(forceinline=True, _nrt=False)
-def give_commands(world: WorldArrays, state: StateArrays, w: int, commands: FloatArray, effects: Asked) -> None:
+def give_commands(world: WorldArrays, state: StateArrays, w: int, commands: FloatArray, effects: FeatureFlag) -> None:
     """Hand each robot of world ``w`` its command for this tick.
 
     Args:
         world: Parameters.
-        state: State; ``held`` and ``history`` change.
+        state: State; ``latched_commands`` and ``command_history`` change.
         w: Index of the world.
         commands: (R, 2) v in m/s and omega in rad/s.
         effects: None for a world without effects.
     """
     tick = state.ticks[w]
-    held = state.held[w]
-    for i in range(held.shape[0]):
+    latched = state.latched_commands[w]
+    for i in range(latched.shape[0]):
         if effects is None:
-            held[i, 0], held[i, 1] = commands[i, 0], commands[i, 1]
+            latched[i, 0], latched[i, 1] = commands[i, 0], commands[i, 1]
             continue
         lost = world.robots[i, p.COMMAND_LOSS]
         if lost == 0.0 or uniform(state.keys[w], i, tick, STREAM_COMMAND_LOSS) >= lost:
-            held[i, 0] = commands[i, 0]
-            held[i, 1] = commands[i, 1]
+            latched[i, 0] = commands[i, 0]
+            latched[i, 1] = commands[i, 1]
         if not world.ideal_drive:
             slot = tick % world.history
-            state.history[w, i, slot, 0] = held[i, 0]
-            state.history[w, i, slot, 1] = held[i, 1]
+            state.command_history[w, i, slot, 0] = latched[i, 0]
+            state.command_history[w, i, slot, 1] = latched[i, 1]
 
 
 @compiled(forceinline=True, _nrt=False)
-def drive(world: WorldArrays, state: StateArrays, w: int, begin: float, end: float, wish: FloatArray, effects: Asked) -> None:
+def drive(world: WorldArrays, state: StateArrays, w: int, begin: float, end: float, desired: FloatArray, effects: FeatureFlag) -> None:
     """Write the velocity with which each robot would cover [begin, end] of this tick without contact.
 
     Args:
         world: Parameters.
-        state: State; ``motion`` and ``moving`` change.
+        state: State; ``drive_velocity`` and ``moving`` change.
         w: Index of the world.
         begin: Share of the tick that has passed, 0 to 1.
         end: Share of the tick at the end of the interval, 0 to 1.
-        wish: (R, 3) written: mean vx and vy in m/s in the arena frame (displacement over duration) and omega in rad/s.
+        desired: (R, 3) written: mean vx and vy in m/s in the arena frame (displacement over duration) and omega in rad/s.
         effects: None for a world without effects.
     """
-    for i in range(wish.shape[0]):
-        drive_robot(world, state, w, i, begin, end, wish, effects)
+    for i in range(desired.shape[0]):
+        drive_robot(world, state, w, i, begin, end, desired, effects)
 
 
 @compiled(forceinline=True, _nrt=False)
 def drive_ideally(world: WorldArrays, state: StateArrays, w: int, scratch: Scratch) -> None:
-    """Write into ``scratch.free`` the velocity with which each robot, without drive effects, would cover the tick without contact."""
-    held, motion, columns, free = state.held, state.motion, scratch.columns, scratch.free
-    robots = free.shape[0]
+    """Write into ``scratch.desired_velocity`` the velocity with which each robot, without drive effects, would cover the tick."""
+    latched, drive_velocity, columns, desired = state.latched_commands, state.drive_velocity, scratch.columns, scratch.desired_velocity
+    robots = desired.shape[0]
     for i in range(robots):
-        columns[m.COS, i] = state.poses[w, i, 2] + 0.5 * held[w, i, 1] * world.tick
+        columns[m.COS, i] = state.poses[w, i, 2] + 0.5 * latched[w, i, 1] * world.tick
     for i in range(robots):  # several at once
         columns[m.COS, i], columns[m.SIN, i] = cos_sin(columns[m.COS, i])
     for i in range(robots):
-        v, omega = held[w, i, 0], held[w, i, 1]
+        v, omega = latched[w, i, 0], latched[w, i, 1]
         chord = v * sinc(0.5 * omega * world.tick)
-        free[i, 0], free[i, 1], free[i, 2] = chord * columns[m.COS, i], chord * columns[m.SIN, i], omega
-        motion[w, i, 0], motion[w, i, 1] = v, omega
+        desired[i, 0], desired[i, 1], desired[i, 2] = chord * columns[m.COS, i], chord * columns[m.SIN, i], omega
+        drive_velocity[w, i, 0], drive_velocity[w, i, 1] = v, omega
 
 
 @compiled(forceinline=True, _nrt=False)
-def drive_robot(world: WorldArrays, state: StateArrays, w: int, i: int, begin: float, end: float, wish: FloatArray, effects: Asked) -> None:
+def drive_robot(
+    world: WorldArrays, state: StateArrays, w: int, i: int, begin: float, end: float, desired: FloatArray, effects: FeatureFlag
+) -> None:
     """Write the velocity with which robot ``i`` would cover [begin, end] of this tick without contact; see :func:`drive`."""
     if effects is None or world.ideal_drive:
-        v, omega = state.held[w, i, 0], state.held[w, i, 1]
+        v, omega = state.latched_commands[w, i, 0], state.latched_commands[w, i, 1]
         half_turn = 0.5 * omega * (end - begin) * world.tick
         c, s = cos_sin(state.poses[w, i, 2] + half_turn)
         chord = v * sinc(half_turn)
-        wish[i, 0], wish[i, 1], wish[i, 2] = chord * c, chord * s, omega
-        state.motion[w, i, 0], state.motion[w, i, 1] = v, omega
+        desired[i, 0], desired[i, 1], desired[i, 2] = chord * c, chord * s, omega
+        state.drive_velocity[w, i, 0], state.drive_velocity[w, i, 1] = v, omega
     elif state.stalled[w, i]:
-        wish[i, 0] = wish[i, 1] = wish[i, 2] = 0.0
-        state.motion[w, i, 0] = state.motion[w, i, 1] = 0.0
+        desired[i, 0] = desired[i, 1] = desired[i, 2] = 0.0
+        state.drive_velocity[w, i, 0] = state.drive_velocity[w, i, 1] = 0.0
     else:
-        drive_with_effects(world, state, w, i, begin, end, wish)
+        drive_with_effects(world, state, w, i, begin, end, desired)
 
 
 @compiled(_nrt=False)
-def drive_with_effects(world: WorldArrays, state: StateArrays, w: int, i: int, begin: float, end: float, wish: FloatArray) -> None:
-    """Write robot ``i``'s mean velocity into its row of ``wish`` (R, 3) over [begin, end] of the tick, every effect included."""
+def drive_with_effects(world: WorldArrays, state: StateArrays, w: int, i: int, begin: float, end: float, desired: FloatArray) -> None:
+    """Write robot ``i``'s mean velocity into its row of ``desired`` (R, 3) over [begin, end] of the tick, every effect included."""
     robot = world.robots[i]
     tick = state.ticks[w]
     switch = share_of_switch(robot[p.DEAD_TIME], world.tick)
@@ -117,10 +119,10 @@ def drive_with_effects(world: WorldArrays, state: StateArrays, w: int, i: int, b
             until = switch if at < switch < piece_end else piece_end
             duration = (until - at) * world.tick
             target_v, target_omega, kick = target(world, state, w, i, at >= switch, tick + at)
-            v = lagged(state.motion[w, i, 0], target_v, duration, robot[p.MOTOR_LAG])
-            omega = lagged(state.motion[w, i, 1], target_omega, duration, robot[p.MOTOR_LAG])
-            state.motion[w, i, 0] = settled(state.motion[w, i, 0], target_v, duration, robot[p.MOTOR_LAG])
-            state.motion[w, i, 1] = settled(state.motion[w, i, 1], target_omega, duration, robot[p.MOTOR_LAG])
+            v = lagged(state.drive_velocity[w, i, 0], target_v, duration, robot[p.MOTOR_LAG])
+            omega = lagged(state.drive_velocity[w, i, 1], target_omega, duration, robot[p.MOTOR_LAG])
+            state.drive_velocity[w, i, 0] = settled(state.drive_velocity[w, i, 0], target_v, duration, robot[p.MOTOR_LAG])
+            state.drive_velocity[w, i, 1] = settled(state.drive_velocity[w, i, 1], target_omega, duration, robot[p.MOTOR_LAG])
             half_turn = 0.5 * (omega + robot[p.TURN_BIAS] * v) * duration
             direction = heading + turn + kick + half_turn
             chord = v * sinc(half_turn) * duration
@@ -132,7 +134,7 @@ def drive_with_effects(world: WorldArrays, state: StateArrays, w: int, i: int, b
                 y += robot[p.FLOOR_DRIFT_Y] * duration
             at = until
     span = (end - begin) * world.tick
-    wish[i, 0], wish[i, 1], wish[i, 2] = x / span, y / span, turn / span
+    desired[i, 0], desired[i, 1], desired[i, 2] = x / span, y / span, turn / span
 
 
 @compiled(_nrt=False)
@@ -160,8 +162,8 @@ def target(world: WorldArrays, state: StateArrays, w: int, i: int, switched: boo
     given = state.ticks[w] - age - (0 if switched else 1)
     v = omega = 0.0
     if given >= 0:
-        v = state.history[w, i, given % world.history, 0]
-        omega = state.history[w, i, given % world.history, 1]
+        v = state.command_history[w, i, given % world.history, 0]
+        omega = state.command_history[w, i, given % world.history, 1]
     v, omega = stand_below_deadband(v, omega, robot[p.DEADBAND], robot[p.WHEEL_BASE])
     v *= max(0.0, 1.0 - robot[p.TURNING_SLOWS] * abs(omega))
     drifted = max(0.0, 1.0 - robot[p.GAIN_DRIFT] * now * world.tick)

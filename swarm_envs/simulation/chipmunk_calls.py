@@ -41,7 +41,7 @@ def address(pointer: Any) -> int:
 with caching_in(cache_folder()):
 
     @cfunc(types.void(types.voidptr, types.double), cache=True)
-    def stay(body: Any, duration: float) -> None:
+    def keep_still(body: Any, duration: float) -> None:
         """Position function that moves nothing: see :mod:`swarm_envs.simulation.chipmunk` for who moves the bodies."""
 
 

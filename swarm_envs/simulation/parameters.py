@@ -16,7 +16,7 @@ from swarm_envs.worlds import WorldSpec
 from swarm_envs.worlds.spec import Polygon, RobotModel
 
 FloatArray = npt.NDArray[np.float64]
-Asked = bool | None
+FeatureFlag = bool | None
 """True has compiled code do what it stands for; with None it is compiled without, which takes half as long."""
 
 # Columns of WorldArrays.robots.
@@ -24,7 +24,6 @@ Asked = bool | None
     RADIUS,
     VISIBLE_RADIUS,
     MASS,
-    INERTIA,
     STALL_HALF_ANGLE,
     WHEEL_BASE,
     LINEAR_GAIN,
@@ -51,9 +50,9 @@ Asked = bool | None
     SENSOR_DELAY_TICKS,
     NUM_SENSORS,
     INVERSE_MASS,
-    SPIN,  # contact radius over inertia: turn rate per tangential impulse
-    RIM_MASS,  # kg that an impulse along the rim moves, spin included
-) = range(32)
+    ARM_OVER_INERTIA,  # contact radius over inertia: turn rate per tangential impulse
+    TANGENT_MASS,  # kg that an impulse along the rim moves, spin included
+) = range(31)
 
 # Columns of WorldArrays.sensors.
 BEARING, COS_HALF_ANGLE, SIN_HALF_ANGLE, HALF_ANGLE, SENSOR_RANGE, PERIOD_TICKS, OCCLUSION, SEES_OBJECTS, COS_BEARING, SIN_BEARING = range(
@@ -148,7 +147,6 @@ def _robot_row(robot: RobotModel, tick: float) -> list[float]:
         body.contact_radius,
         body.visible_radius,
         body.mass,
-        body.inertia_ratio * body.mass * body.contact_radius**2,
         body.wheel_stall_half_angle,
         robot.drive.wheel_base,
         effects.linear_gain,

@@ -14,7 +14,7 @@ from swarm_envs.compiled import compiled
 from swarm_envs.simulation import parameters as p
 from swarm_envs.simulation import scratch as m
 from swarm_envs.simulation.grid import IntArray, bins, bounds
-from swarm_envs.simulation.parameters import Asked, FloatArray, WorldArrays
+from swarm_envs.simulation.parameters import FeatureFlag, FloatArray, WorldArrays
 from swarm_envs.simulation.randomness import STREAM_FALSE, STREAM_MISSED, uniform
 from swarm_envs.simulation.scratch import Scratch
 from swarm_envs.simulation.state import StateArrays
@@ -26,7 +26,7 @@ RAYS = 5
 
 
 @compiled(inline="always", _nrt=False)
-def sense(world: WorldArrays, state: StateArrays, w: int, scratch: Scratch, effects: Asked, grid: Asked) -> None:
+def sense(world: WorldArrays, state: StateArrays, w: int, scratch: Scratch, effects: FeatureFlag, grid: FeatureFlag) -> None:
     """Update ``state.detections`` of world ``w`` from its poses at the start of the present tick."""
     if grid is not None:
         sense_with_grid(world, state, w, effects)
@@ -50,7 +50,7 @@ def sense_ideally(world: WorldArrays, state: StateArrays, w: int, columns: Float
     poses, robots, sensors, detections = state.poses, world.robots, world.sensors, state.detections
     count = poses.shape[1]
     for i in range(count):
-        columns[m.X, i], columns[m.Y, i], columns[m.NEAR, i] = poses[w, i, 0], poses[w, i, 1], robots[i, p.VISIBLE_RADIUS]
+        columns[m.X, i], columns[m.Y, i], columns[m.EXTENT, i] = poses[w, i, 0], poses[w, i, 1], robots[i, p.VISIBLE_RADIUS]
         columns[m.COS, i], columns[m.SIN, i] = cos_sin(poses[w, i, 2])
     for i in range(count):
         x, y, cos_heading, sin_heading = columns[m.X, i], columns[m.Y, i], columns[m.COS, i], columns[m.SIN, i]
@@ -60,10 +60,10 @@ def sense_ideally(world: WorldArrays, state: StateArrays, w: int, columns: Float
             cos_half, sin_half = sensors[i, s, p.COS_HALF_ANGLE], sensors[i, s, p.SIN_HALF_ANGLE]
             reach = sensors[i, s, p.SENSOR_RANGE]
             # the robot itself is counted, too, when it is in its own view, which depends on the sensor alone
-            seen = -int(meets_sector(0.0, 0.0, cos_half, sin_half, reach, columns[m.NEAR, i]))
+            seen = -int(meets_sector(0.0, 0.0, cos_half, sin_half, reach, columns[m.EXTENT, i]))
             for j in range(count):
                 dx, dy = columns[m.X, j] - x, columns[m.Y, j] - y
-                seen += meets_sector(ax * dx + ay * dy, abs(ax * dy - ay * dx), cos_half, sin_half, reach, columns[m.NEAR, j])
+                seen += meets_sector(ax * dx + ay * dy, abs(ax * dy - ay * dx), cos_half, sin_half, reach, columns[m.EXTENT, j])
             detections[w, i, s] = seen > 0
 
 
@@ -266,7 +266,7 @@ def read_sensors(world: WorldArrays, state: StateArrays, w: int, i: int, candida
     tick = state.ticks[w]
     delay = int(world.robots[i, p.SENSOR_DELAY_TICKS])
     for s in range(int(world.robots[i, p.NUM_SENSORS])):
-        ring = state.readings[w, i, s]
+        ring = state.reading_history[w, i, s]
         if tick % int(world.sensors[i, s, p.PERIOD_TICKS]) == 0:
             nearest = nearest_seen(world, state, w, i, s, candidates, count)
             ring[(tick + delay) % world.readings] = np.uint8(reading(world, state, w, i, s, nearest))
@@ -286,14 +286,14 @@ def reading(world: WorldArrays, state: StateArrays, w: int, i: int, s: int, near
     miss = (
         robot[p.MISSED]
         + robot[p.MISSES_AT_FULL_RANGE] * share * share
-        + robot[p.MISSES_WHEN_TURNING] * abs(state.motion[w, i, 1])
-        + robot[p.MISSES_WHEN_DRIVING] * abs(state.motion[w, i, 0])
+        + robot[p.MISSES_WHEN_TURNING] * abs(state.drive_velocity[w, i, 1])
+        + robot[p.MISSES_WHEN_DRIVING] * abs(state.drive_velocity[w, i, 0])
     )
     return bool(miss <= 0.0 or uniform(state.keys[w], i, state.ticks[w], STREAM_MISSED + s) >= miss)
 
 
 @compiled()
-def sense_with_grid(world: WorldArrays, state: StateArrays, w: int, effects: Asked) -> None:
+def sense_with_grid(world: WorldArrays, state: StateArrays, w: int, effects: FeatureFlag) -> None:
     """Update detections of a large swarm: only robots in cells that the box around a robot's sectors meets are looked at."""
     poses = state.poses[w]
     count = poses.shape[0]

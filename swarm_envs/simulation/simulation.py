@@ -16,7 +16,7 @@ from swarm_envs.simulation.parameters import FloatArray, compile_world
 from swarm_envs.simulation.randomness import world_keys
 from swarm_envs.simulation.start import check_start, object_starts, start_worlds
 from swarm_envs.simulation.state import StateArrays, empty_state
-from swarm_envs.simulation.stepping import asked, run_worlds, sense_worlds, step_worlds
+from swarm_envs.simulation.stepping import feature_flags, run_worlds, sense_worlds, step_worlds
 from swarm_envs.simulation.touching import touching
 from swarm_envs.worlds import WorldError, WorldSpec, load_world
 from swarm_envs.worlds.geometry import start_points
@@ -44,12 +44,12 @@ class Simulation:
         self.engine = check_engine(self.world, engine)
         self.num_worlds = num_worlds
         self._parameters = compile_world(self.world)
-        self._asked = asked(self._parameters)
-        announce_compilation(self.engine, *self._asked)
+        self._feature_flags = feature_flags(self._parameters)
+        announce_compilation(self.engine, *self._feature_flags)
         self._state = empty_state(self._parameters, num_worlds)
         self._points = start_points(self.world)
         self._objects = object_starts(self.world)
-        self._wish = np.zeros((self.world.num_robots, 3))
+        self._desired_velocity = np.zeros((self.world.num_robots, 3))
         self._scratch = disc.scratch(self._parameters)
         self._spaces = Spaces(self.world, self.num_worlds) if self.engine == "chipmunk" else None
         self.reset(0)
@@ -79,8 +79,8 @@ class Simulation:
         if given is not None:
             self._state.poses[worlds] = given
         if self._spaces is not None:
-            self._spaces.forget(worlds)
-        sense_worlds(self._parameters, self._state, worlds, self._scratch, *self._asked)
+            self._spaces.invalidate(worlds)
+        sense_worlds(self._parameters, self._state, worlds, self._scratch, *self._feature_flags)
 
     def step(self, commands: npt.ArrayLike, messages: npt.ArrayLike | None = None) -> None:
         """Run every world through one tick.
@@ -98,14 +98,14 @@ class Simulation:
             given = f"shape {array.shape}" if array.shape != expected else "a value that is not finite"
             raise WorldError(f"commands: given {given}, expected {expected} finite speeds (worlds, robots, v omega) in m/s and rad/s")
         self._send(messages)
-        step_worlds(self._parameters, self._state, self._ready_spaces(), *self._asked, array, self._wish, self._scratch)
+        step_worlds(self._parameters, self._state, self._ready_spaces(), *self._feature_flags, array, self._desired_velocity, self._scratch)
 
     def observe(self) -> None:
         """Take readings anew, and tell the engine, for those who have moved robots by writing to :attr:`poses`."""
         worlds = np.arange(self.num_worlds)
         if self._spaces is not None:
-            self._spaces.forget(worlds)
-        sense_worlds(self._parameters, self._state, worlds, self._scratch, *self._asked)
+            self._spaces.invalidate(worlds)
+        sense_worlds(self._parameters, self._state, worlds, self._scratch, *self._feature_flags)
 
     def run(
         self, controllers: FloatArray, steps: int, every: int, poses: FloatArray, detections: npt.NDArray[np.uint8], commands: FloatArray
@@ -120,8 +120,8 @@ class Simulation:
         if [poses.shape, detections.shape, commands.shape] != expected or controllers.shape[:2] != (frames[0], frames[2]):
             raise WorldError(f"run: arrays do not have the shapes {expected}, or controllers not ({frames[0]}, {frames[2]}, numbers)")
         run_worlds(
-            self._parameters, self._state, self._ready_spaces(), *self._asked, controllers, steps, every,
-            self._wish, self._scratch, poses, detections, commands,
+            self._parameters, self._state, self._ready_spaces(), *self._feature_flags, controllers, steps, every,
+            self._desired_velocity, self._scratch, poses, detections, commands,
         )  # fmt: skip
 
     @property

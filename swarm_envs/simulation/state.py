@@ -21,11 +21,11 @@ class StateArrays(NamedTuple):
     """(W,) ticks since the start."""
     poses: FloatArray
     """(W, R, 3) x and y in m, heading in rad (not wrapped)."""
-    held: FloatArray
+    latched_commands: FloatArray
     """(W, R, 2) the command in force after losses, m/s and rad/s."""
-    history: FloatArray
+    command_history: FloatArray
     """(W, R, D, 2) ring of commands in force, by tick modulo D."""
-    motion: FloatArray
+    drive_velocity: FloatArray
     """(W, R, 2) driven v in m/s and omega in rad/s, before contact."""
     moving: npt.NDArray[np.uint8]
     """(W, R) whether the drive is asked to move."""
@@ -35,7 +35,7 @@ class StateArrays(NamedTuple):
     """(W, R, S) the readings that the controller has; with a broadcast one more, whether the robot hears another."""
     messages: npt.NDArray[np.uint8]
     """(W, R) what each robot broadcasts."""
-    readings: npt.NDArray[np.uint8]
+    reading_history: npt.NDArray[np.uint8]
     """(W, R, S, L) ring of readings not yet delivered."""
     stalled: npt.NDArray[np.uint8]
     """(W, R) whether a touch on a wheel keeps the robot from driving."""
@@ -50,14 +50,14 @@ def empty_state(world: WorldArrays, num_worlds: int) -> StateArrays:
         keys=np.zeros(num_worlds, np.uint64),
         ticks=np.zeros(num_worlds, np.int64),
         poses=np.zeros((num_worlds, robots, 3)),
-        held=np.zeros((num_worlds, robots, 2)),
-        history=np.zeros((num_worlds, robots, world.history, 2)),
-        motion=np.zeros((num_worlds, robots, 2)),
+        latched_commands=np.zeros((num_worlds, robots, 2)),
+        command_history=np.zeros((num_worlds, robots, world.history, 2)),
+        drive_velocity=np.zeros((num_worlds, robots, 2)),
         moving=np.zeros((num_worlds, robots), np.uint8),
         gains=np.ones((num_worlds, robots, 2)),
         detections=np.zeros((num_worlds, robots, sensors + (world.broadcast_range > 0.0)), np.uint8),
         messages=np.zeros((num_worlds, robots), np.uint8),
-        readings=np.zeros((num_worlds, robots, sensors, world.readings), np.uint8),
+        reading_history=np.zeros((num_worlds, robots, sensors, world.readings), np.uint8),
         stalled=np.zeros((num_worlds, robots), np.uint8),
         objects=np.zeros((num_worlds, len(world.objects), 6)),
     )

@@ -8,10 +8,10 @@ import numpy.typing as npt
 from swarm_envs.compiled import compiled
 from swarm_envs.simulation import chipmunk, disc
 from swarm_envs.simulation.actuation import give_commands
+from swarm_envs.simulation.broadcast import broadcast_detections, receive_broadcast
 from swarm_envs.simulation.chipmunk import SpaceArrays
 from swarm_envs.simulation.grid import GRID_FROM
-from swarm_envs.simulation.hearing import hear, tell_what_is_seen
-from swarm_envs.simulation.parameters import Asked, FloatArray, WorldArrays
+from swarm_envs.simulation.parameters import FeatureFlag, FloatArray, WorldArrays
 from swarm_envs.simulation.scratch import Scratch
 from swarm_envs.simulation.sensing import sense
 from swarm_envs.simulation.state import StateArrays
@@ -20,7 +20,7 @@ from swarm_envs.simulation.touching import stall_wheels
 ByteArray = npt.NDArray[np.uint8]
 
 
-def asked(world: WorldArrays) -> tuple[Asked, Asked]:
+def feature_flags(world: WorldArrays) -> tuple[FeatureFlag, FeatureFlag]:
     """Return ``effects`` and ``grid`` of :func:`advance_world`: what a world needs to have compiled."""
     plain = world.ideal_drive and world.ideal_sensing and world.broadcast_range == 0.0
     return None if plain else True, True if len(world.robots) >= GRID_FROM else None
@@ -31,11 +31,11 @@ def advance_world(
     world: WorldArrays,
     state: StateArrays,
     spaces: SpaceArrays | None,
-    effects: Asked,
-    grid: Asked,
+    effects: FeatureFlag,
+    grid: FeatureFlag,
     w: int,
     commands: FloatArray,
-    wish: FloatArray,
+    desired: FloatArray,
     scratch: Scratch,
 ) -> None:
     """Run world ``w`` through one tick.
@@ -48,7 +48,7 @@ def advance_world(
         grid: None for a swarm of fewer than ``GRID_FROM`` robots.
         w: Index of the world.
         commands: (R, 2) v in m/s and omega in rad/s.
-        wish: (R, 3) scratch memory.
+        desired: (R, 3) scratch memory.
         scratch: More scratch memory.
     """
     give_commands(world, state, w, commands, effects)
@@ -57,11 +57,11 @@ def advance_world(
     if spaces is None:
         disc.advance(world, state, w, scratch, effects, grid)
     else:
-        chipmunk.advance(world, state, spaces, w, wish, effects)
+        chipmunk.advance(world, state, spaces, w, desired, effects)
     state.ticks[w] += 1
     sense(world, state, w, scratch, effects, grid)
     if effects is not None and world.broadcast_range > 0.0:
-        hear(world, state, w)
+        receive_broadcast(world, state, w)
 
 
 @compiled(_nrt=False)
@@ -69,21 +69,21 @@ def step_worlds(
     world: WorldArrays,
     state: StateArrays,
     spaces: SpaceArrays | None,
-    effects: Asked,
-    grid: Asked,
+    effects: FeatureFlag,
+    grid: FeatureFlag,
     commands: FloatArray,
-    wish: FloatArray,
+    desired: FloatArray,
     scratch: Scratch,
 ) -> None:
     """Run every world through one tick with its own commands (W, R, 2)."""
     for w in range(commands.shape[0]):
-        advance_world(world, state, spaces, effects, grid, w, commands[w], wish, scratch)
+        advance_world(world, state, spaces, effects, grid, w, commands[w], desired, scratch)
 
 
 @compiled(_nrt=False)
 def run_worlds(
-    world: WorldArrays, state: StateArrays, spaces: SpaceArrays | None, effects: Asked, grid: Asked, controllers: FloatArray, steps: int,
-    every: int, wish: FloatArray, scratch: Scratch, poses: FloatArray, detections: ByteArray, commands: FloatArray,
+    world: WorldArrays, state: StateArrays, spaces: SpaceArrays | None, effects: FeatureFlag, grid: FeatureFlag, controllers: FloatArray,
+    steps: int, every: int, desired: FloatArray, scratch: Scratch, poses: FloatArray, detections: ByteArray, commands: FloatArray,
 ) -> None:  # fmt: skip
     """Run each world with its controllers and record frames.
 
@@ -97,7 +97,7 @@ def run_worlds(
             Where the world has a broadcast, a robot sends whether its sensors report something.
         steps: Ticks to run.
         every: Ticks from one recorded frame to the next.
-        wish: (R, 3) scratch memory.
+        desired: (R, 3) scratch memory.
         scratch: More scratch memory.
         poses: (W, F, R, 3) written.
         detections: (W, F, R, S) written; S + 1 with a broadcast.
@@ -111,8 +111,8 @@ def run_worlds(
                 record(state, w, now, k // every, poses, detections, commands)
             if k < steps:
                 if effects is not None and world.broadcast_range > 0.0:
-                    tell_what_is_seen(state, w)
-                advance_world(world, state, spaces, effects, grid, w, now, wish, scratch)
+                    broadcast_detections(state, w)
+                advance_world(world, state, spaces, effects, grid, w, now, desired, scratch)
 
 
 @compiled(inline="always", _nrt=False)
@@ -143,10 +143,10 @@ def control(detections: ByteArray, controllers: FloatArray, commands: FloatArray
 
 @compiled(_nrt=False)
 def sense_worlds(
-    world: WorldArrays, state: StateArrays, which: npt.NDArray[np.int64], scratch: Scratch, effects: Asked, grid: Asked
+    world: WorldArrays, state: StateArrays, which: npt.NDArray[np.int64], scratch: Scratch, effects: FeatureFlag, grid: FeatureFlag
 ) -> None:
     """Take the first readings of the worlds with these indices."""
     for w in which:
         sense(world, state, w, scratch, effects, grid)
         if effects is not None and world.broadcast_range > 0.0:
-            hear(world, state, w)
+            receive_broadcast(world, state, w)

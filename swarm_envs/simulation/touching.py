@@ -12,24 +12,24 @@ from swarm_envs.simulation import parameters as p
 from swarm_envs.simulation.parameters import FloatArray, WorldArrays
 from swarm_envs.simulation.state import StateArrays
 
-TOUCH = 1e-3
+TOUCHING_GAP = 1e-3
 """A gap in m below which two surfaces count as touching."""
 TOUCHES_ROBOT, TOUCHES_WALL = 1, 2
-REACH_OUT = 1e-4
+CONTACT_MARGIN = 1e-4
 """What a robot's disc is larger in m for Chipmunk: robots that slide round each other still touch in the middle of a substep, where the
-chord of their way opens a gap of up to 0.1 mm. Touches are foreseen at half of this depth, so that no contact begins on its edge."""
-UNSOLVED = 0.005
+chord of their way opens a gap of up to 0.1 mm. Touches are predicted at half of this depth, so that no contact begins on its edge."""
+UNSOLVED_APPROACH = 0.005
 """Robots that touch and approach each other at more m/s than this, as contact made them move last, were not solved together yet."""
-LARGE = 40
+LARGE_SWARM = 40
 """Swarms above this are taken to have something near at all times."""
 
-# Columns of how a robot moves: as it wishes and as contact made it, in m/s; whether contact changed its way; by how much its turn, rad/s;
-# the speed and turn rate that it set out with when contact was last solved.
-WISH_X, WISH_Y, HELD_X, HELD_Y, HELD, TURNED, SET_SPEED, SET_TURN = range(8)
+# Columns of a robot's predicted motion: as desired and as contact solved it, m/s; whether contact blocked it; by how much contact turned
+# it, rad/s; the speed and turn rate that it set out with when contact was last solved.
+DESIRED_X, DESIRED_Y, SOLVED_X, SOLVED_Y, BLOCKED, TURN_BY_CONTACT, LAST_SPEED, LAST_TURN = range(8)
 
 
 @compiled(forceinline=True, _nrt=False)
-def pair_within(world: WorldArrays, poses: FloatArray, i: int, j: int, margin: float) -> bool:
+def robots_within(world: WorldArrays, poses: FloatArray, i: int, j: int, margin: float) -> bool:
     """Whether the gap between two robots is below ``margin`` m."""
     dx, dy = poses[j, 0] - poses[i, 0], poses[j, 1] - poses[i, 1]
     near = world.robots[i, p.RADIUS] + world.robots[j, p.RADIUS] + margin
@@ -60,71 +60,85 @@ def beyond_end(world: WorldArrays, poses: FloatArray, i: int, e: int) -> bool:
 
 
 @compiled(forceinline=True, _nrt=False)
-def time_to_touch(world: WorldArrays, poses: FloatArray, motion: FloatArray) -> float:
+def time_of_impact(world: WorldArrays, poses: FloatArray, predicted: FloatArray) -> float:
     """Return the time in s until two robots, or a robot and a wall, that are apart could touch; infinite if none could.
 
-    It is 0 where two touch that contact has not held up yet: the next substep is the shortest there is and tells how it will.
-    Robots drive straight on, each as it wishes or as contact made it, whichever brings the two together faster.
+    It is 0 where two touch that contact has not blocked yet: the next substep is the shortest there is and tells how it will.
+    Robots drive straight on, each as desired or as contact made it, whichever brings the two together faster.
 
     Args:
         world: Parameters.
         poses: (R, 3).
-        motion: (R, 8) columns above.
+        predicted: (R, 8) columns above.
     """
     count = poses.shape[0]
-    soonest = math.inf
+    earliest = math.inf
     for i in range(count):
         for j in range(i):
             dx, dy = poses[j, 0] - poses[i, 0], poses[j, 1] - poses[i, 1]
-            a = WISH_X if dx * (motion[i, WISH_X] - motion[i, HELD_X]) + dy * (motion[i, WISH_Y] - motion[i, HELD_Y]) > 0.0 else HELD_X
-            b = WISH_X if dx * (motion[j, WISH_X] - motion[j, HELD_X]) + dy * (motion[j, WISH_Y] - motion[j, HELD_Y]) < 0.0 else HELD_X
-            vx, vy = motion[j, b] - motion[i, a], motion[j, b + 1] - motion[i, a + 1]
-            touch = world.robots[i, p.RADIUS] + world.robots[j, p.RADIUS] + REACH_OUT
+            a = (
+                DESIRED_X
+                if dx * (predicted[i, DESIRED_X] - predicted[i, SOLVED_X]) + dy * (predicted[i, DESIRED_Y] - predicted[i, SOLVED_Y]) > 0.0
+                else SOLVED_X
+            )
+            b = (
+                DESIRED_X
+                if dx * (predicted[j, DESIRED_X] - predicted[j, SOLVED_X]) + dy * (predicted[j, DESIRED_Y] - predicted[j, SOLVED_Y]) < 0.0
+                else SOLVED_X
+            )
+            vx, vy = predicted[j, b] - predicted[i, a], predicted[j, b + 1] - predicted[i, a + 1]
+            touch = world.robots[i, p.RADIUS] + world.robots[j, p.RADIUS] + CONTACT_MARGIN
             outside, approach = dx * dx + dy * dy - touch * touch, dx * vx + dy * vy
             inside = approach * approach - (vx * vx + vy * vy) * outside
             if approach >= 0.0:
                 continue
-            if outside > 2.0 * REACH_OUT * touch:
+            if outside > 2.0 * CONTACT_MARGIN * touch:
                 if inside > 0.0:
                     # the root of a quadratic in the form that nothing cancels or underflows in: solved velocities fade to 1e-160 m/s
-                    soonest = min(soonest, outside / (math.sqrt(inside) - approach))
-            elif dx * (motion[j, HELD_X] - motion[i, HELD_X]) + dy * (motion[j, HELD_Y] - motion[i, HELD_Y]) < -UNSOLVED * touch:
+                    earliest = min(earliest, outside / (math.sqrt(inside) - approach))
+            elif (
+                dx * (predicted[j, SOLVED_X] - predicted[i, SOLVED_X]) + dy * (predicted[j, SOLVED_Y] - predicted[i, SOLVED_Y])
+                < -UNSOLVED_APPROACH * touch
+            ):
                 return 0.0
         for e in range(world.walls.shape[0]):
             ux, uy = world.walls[e, p.ALONG_X], world.walls[e, p.ALONG_Y]
             px, py = poses[i, 0] - world.walls[e, p.START_X], poses[i, 1] - world.walls[e, p.START_Y]
-            gap = ux * py - uy * px - world.robots[i, p.RADIUS] - 0.5 * REACH_OUT
-            held = ux * motion[i, HELD_Y] - uy * motion[i, HELD_X]
-            opening = min(ux * motion[i, WISH_Y] - uy * motion[i, WISH_X], held)
+            gap = ux * py - uy * px - world.robots[i, p.RADIUS] - 0.5 * CONTACT_MARGIN
+            solved = ux * predicted[i, SOLVED_Y] - uy * predicted[i, SOLVED_X]
+            opening = min(ux * predicted[i, DESIRED_Y] - uy * predicted[i, DESIRED_X], solved)
             if opening >= 0.0:
                 continue
-            if gap > 0.5 * REACH_OUT:
-                soonest = min(soonest, gap / -opening)
-            elif gap > -world.robots[i, p.RADIUS] and held < -UNSOLVED:
+            if gap > 0.5 * CONTACT_MARGIN:
+                earliest = min(earliest, gap / -opening)
+            elif gap > -world.robots[i, p.RADIUS] and solved < -UNSOLVED_APPROACH:
                 along = px * ux + py * uy
                 if 0.0 <= along <= world.walls[e, p.LENGTH]:
                     return 0.0
-    return soonest
+    return earliest
 
 
 @compiled(forceinline=True, _nrt=False)
-def still_touch(world: WorldArrays, poses: FloatArray, motion: FloatArray, ahead: float) -> bool:
+def contacts_persist(world: WorldArrays, poses: FloatArray, predicted: FloatArray, ahead: float) -> bool:
     """Whether all that touch will be within :data:`REACH_OUT` after ``ahead`` s if they go on as contact made them move."""
     for i in range(poses.shape[0]):
-        x, y = poses[i, 0] + ahead * motion[i, HELD_X], poses[i, 1] + ahead * motion[i, HELD_Y]
+        x, y = poses[i, 0] + ahead * predicted[i, SOLVED_X], poses[i, 1] + ahead * predicted[i, SOLVED_Y]
         for j in range(i):
-            touch = world.robots[i, p.RADIUS] + world.robots[j, p.RADIUS] + 2.0 * REACH_OUT
+            touch = world.robots[i, p.RADIUS] + world.robots[j, p.RADIUS] + 2.0 * CONTACT_MARGIN
             dx, dy = poses[j, 0] - poses[i, 0], poses[j, 1] - poses[i, 1]
             if dx * dx + dy * dy > touch * touch:
                 continue
-            dx, dy = poses[j, 0] + ahead * motion[j, HELD_X] - x, poses[j, 1] + ahead * motion[j, HELD_Y] - y
+            dx, dy = poses[j, 0] + ahead * predicted[j, SOLVED_X] - x, poses[j, 1] + ahead * predicted[j, SOLVED_Y] - y
             if dx * dx + dy * dy > touch * touch:
                 return False
         for e in range(world.walls.shape[0]):
             wall, radius = world.walls[e], world.robots[i, p.RADIUS]
             ux, uy = wall[p.ALONG_X], wall[p.ALONG_Y]
             gap = ux * (poses[i, 1] - wall[p.START_Y]) - uy * (poses[i, 0] - wall[p.START_X]) - radius
-            if -radius < gap < REACH_OUT and gap + ahead * (ux * motion[i, HELD_Y] - uy * motion[i, HELD_X]) > REACH_OUT:
+            if (
+                -radius < gap < CONTACT_MARGIN
+                and gap + ahead * (ux * predicted[i, SOLVED_Y] - uy * predicted[i, SOLVED_X]) > CONTACT_MARGIN
+            ):
                 return False
     return True
 
@@ -136,11 +150,11 @@ def touching(world: WorldArrays, poses: FloatArray) -> npt.NDArray[np.uint8]:
     flags = np.zeros(count, np.uint8)
     for i in range(count):
         for j in range(i):
-            if pair_within(world, poses, i, j, TOUCH):
+            if robots_within(world, poses, i, j, TOUCHING_GAP):
                 flags[i] |= TOUCHES_ROBOT
                 flags[j] |= TOUCHES_ROBOT
         for e in range(world.walls.shape[0]):
-            if wall_within(world, poses, i, e, TOUCH):
+            if wall_within(world, poses, i, e, TOUCHING_GAP):
                 flags[i] |= TOUCHES_WALL
     return flags
 
@@ -155,7 +169,7 @@ def stall_wheels(world: WorldArrays, state: StateArrays, w: int) -> None:
         if half_angle == 0.0:
             continue
         for j in range(poses.shape[0]):
-            if j != i and pair_within(world, poses, i, j, TOUCH):
+            if j != i and robots_within(world, poses, i, j, TOUCHING_GAP):
                 bearing = math.atan2(poses[j, 1] - poses[i, 1], poses[j, 0] - poses[i, 0]) - poses[i, 2]
                 # the axle lies across the heading: a touch near +-90 degrees is on a wheel
                 if abs(math.cos(bearing)) < math.sin(half_angle):

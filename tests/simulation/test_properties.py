@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from swarm_envs import Simulation, load_world, world_names
-from swarm_envs.simulation.touching import REACH_OUT
+from swarm_envs.simulation.touching import CONTACT_MARGIN
 from swarm_envs.worlds import Contact, Effects, RobotModel, WorldSpec
 
 Array = npt.NDArray[np.float64]
@@ -173,4 +173,4 @@ def test_a_wall_holds_the_point_it_touches_exactly_above_the_critical_angle(engi
     rim = moved[:, 0] + 0.06 * moved[:, 2]  # way of the touching point: the centre's, less what the turn rolls off
     assert rim[0] > 5e-4
     # for Chipmunk a robot's disc reaches out by a little, and rolls on that rim
-    assert abs(rim[1]) < (1e-6 if engine == "disc" else 1.1 * REACH_OUT / 0.06 * abs(moved[1, 0]))
+    assert abs(rim[1]) < (1e-6 if engine == "disc" else 1.1 * CONTACT_MARGIN / 0.06 * abs(moved[1, 0]))

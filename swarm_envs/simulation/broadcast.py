@@ -8,7 +8,7 @@ from swarm_envs.simulation.state import StateArrays
 
 
 @compiled(_nrt=False)
-def hear(world: WorldArrays, state: StateArrays, w: int) -> None:
+def receive_broadcast(world: WorldArrays, state: StateArrays, w: int) -> None:
     """Write each robot's last reading: whether another robot in range broadcasts."""
     poses, heard = state.poses[w], state.detections.shape[2] - 1
     for i in range(poses.shape[0]):
@@ -21,7 +21,7 @@ def hear(world: WorldArrays, state: StateArrays, w: int) -> None:
 
 
 @compiled(inline="always", _nrt=False)
-def tell_what_is_seen(state: StateArrays, w: int) -> None:
+def broadcast_detections(state: StateArrays, w: int) -> None:
     """Let each robot broadcast whether one of its own sensors reports something, as robots with a controller do."""
     sensors = state.detections.shape[2] - 1
     for i in range(state.messages.shape[1]):
