@@ -55,13 +55,13 @@ calibration-study: $(VENV)/installed-dev
 	@$(BIN)/python -m tests.calibration.study --seed 67 --singles 100 --pairs 100 --nulls 100 --unlisted 45 --out build/calibration-study --page docs/studies/calibration_study.md
 
 firmware: $(VENV)/installed-dev
-	$(BIN)/python -m hero_firmware.build --sizes
+	$(BIN)/python -m hero_robot.firmware.build --sizes
 
 firmware-test: $(VENV)/installed-dev
-	$(BIN)/python -m hero_firmware.build --test
+	$(BIN)/python -m hero_robot.firmware.build --test
 
 firmware-fuzz: $(VENV)/installed-dev
-	$(BIN)/python -m hero_firmware.build --fuzz 1000000
+	$(BIN)/python -m hero_robot.firmware.build --fuzz 1000000
 
 hardware: $(VENV)/installed-hardware
 	$(BIN)/python -m hardware.export

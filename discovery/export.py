@@ -12,11 +12,11 @@ from pathlib import Path
 
 from discovery.archive import Archive
 from discovery.atomic import write_atomically
-from discovery.deployment.controller_file import controller_document
 from discovery.errors import DiscoveryError
 from discovery.medoids import Clusters
 from discovery.saved_run import load_run, medoids_of
 from discovery.simulate import Simulator
+from hero_robot.fleet.controller_file import controller_document
 from swarm_envs.cores import available_cores
 from swarm_envs.rendering import save_video
 from swarm_envs.worlds import WorldError, load_world

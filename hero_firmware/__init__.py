@@ -1,11 +1,13 @@
-"""The robot's own firmware, compiled for this machine and driven from Python.
+"""The old name of :mod:`hero_robot.firmware`, kept for one version."""
 
-The C core of ``firmware/`` is built on first use with the system's C compiler. :class:`FirmwareSwarm` lets it drive the robots
-of a simulation; :class:`SimulatedBoard` is one robot with its inside laid open.
-"""
+import importlib
+import sys
+import warnings
 
-from hero_firmware.board import BoardView, Fault, SimulatedBoard, State
-from hero_firmware.errors import FirmwareError
-from hero_firmware.swarm import FirmwareSwarm
+from hero_robot.firmware import BoardView, Fault, FirmwareError, FirmwareSwarm, SimulatedBoard, State
 
 __all__ = ["BoardView", "Fault", "FirmwareError", "FirmwareSwarm", "SimulatedBoard", "State"]
+
+warnings.warn("hero_firmware is now hero_robot.firmware; import that", DeprecationWarning, stacklevel=2)
+for _name in ("board", "errors", "library", "sources", "swarm"):
+    sys.modules[f"{__name__}.{_name}"] = importlib.import_module(f"hero_robot.firmware.{_name}")

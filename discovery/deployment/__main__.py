@@ -1,7 +1,7 @@
-"""``python -m discovery.deployment``."""
+"""``python -m discovery.deployment``: the old name of ``python -m hero_robot.fleet``."""
 
 import sys
 
-from discovery.deployment.command import main
+from hero_robot.fleet.command import main
 
 sys.exit(main())

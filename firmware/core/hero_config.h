@@ -1,4 +1,4 @@
-/* Constants of the robot file `hero_plus`: written by `python -m hero_firmware.constants`, never by hand.
+/* Constants of the robot file `hero_plus`: written by `python -m hero_robot.firmware.constants`, never by hand.
  * Q16.16: units of 1/65536. Q8.24: units of 2^-24. Binary angle: 2^32 is one turn. */
 #ifndef HERO_CONFIG_H
 #define HERO_CONFIG_H

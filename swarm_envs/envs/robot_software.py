@@ -70,7 +70,7 @@ class Firmware:
         controllers = check_controllers(world, np.asarray(controller, dtype=np.float64)[None])[0]
         try:
             # only those who ask for the firmware need what it is built with
-            from hero_firmware import FirmwareError, FirmwareSwarm
+            from hero_robot.firmware import FirmwareError, FirmwareSwarm
         except ImportError as error:
             raise WorldError(f"robot_software is 'firmware', but {error.name} is missing; pip install 'swarm-envs[firmware]'") from None
         try:

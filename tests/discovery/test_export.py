@@ -12,8 +12,8 @@ from PIL import Image
 
 import discovery
 from discovery import export
-from discovery.deployment import FleetError, command
-from discovery.deployment.controller_file import controller_document, read_controller
+from hero_robot.fleet import FleetError, command
+from hero_robot.fleet.controller_file import controller_document, read_controller
 
 
 def test_each_medoid_becomes_a_film_and_a_file_that_robots_are_loaded_with(finished: Path, tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 TEXTS = [
-    "README.md", "CHANGELOG.md", "CONTRIBUTING.md", "docs", "swarm_envs", "discovery", "configs", "hero_firmware", "firmware", "hardware",
+    "README.md", "CHANGELOG.md", "CONTRIBUTING.md", "docs", "swarm_envs", "discovery", "configs", "hero_robot", "firmware", "hardware",
     "tests",
 ]  # fmt: skip
 

@@ -1,5 +1,5 @@
 /* Copy to secrets.h (which git ignores), or let the fleet's command line write it:
- *   python -m discovery.deployment secrets fleet.yaml hero_3 > firmware/hal/esp8266/src/secrets.h */
+ *   python -m hero_robot.fleet secrets fleet.yaml hero_3 > firmware/hal/esp8266/src/secrets.h */
 #ifndef HERO_SECRETS_H
 #define HERO_SECRETS_H
 

@@ -1,0 +1,7 @@
+"""``python -m hero_robot.fleet``."""
+
+import sys
+
+from hero_robot.fleet.command import main
+
+sys.exit(main())
