@@ -22,7 +22,7 @@ from omegaconf.errors import OmegaConfBaseException
 
 from discovery.controllers import check_controllers
 from discovery.errors import DiscoveryError
-from discovery.run_folder import RunFolder, make_folder, open_folder, refuse_finished
+from discovery.runs.run_folder import RunFolder, make_folder, open_folder, refuse_finished
 from discovery.settings import Settings, read_settings, setting_names
 from discovery.tracking import check_tracker
 from swarm_envs.worlds import WorldError, load_world

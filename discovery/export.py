@@ -10,12 +10,12 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from discovery.archive import Archive
-from discovery.atomic import write_atomically
 from discovery.errors import DiscoveryError
-from discovery.medoids import Clusters
+from discovery.files.atomic import write_atomically
+from discovery.rollouts.simulator import Simulator
+from discovery.runs.archive import Archive
+from discovery.runs.clusters import Clusters
 from discovery.saved_run import load_run, medoids_of
-from discovery.simulate import Simulator
 from hero_robot.fleet.controller_file import controller_document
 from swarm_envs.cores import available_cores
 from swarm_envs.rendering import save_video

@@ -8,23 +8,24 @@ from typing import Any
 
 import torch
 
-from discovery.archive import Archive, to_parquet
-from discovery.chance import covariance_by_chance, in_units_of
-from discovery.confirmation import Confirmation, confirm, describe
+from discovery.clustering.engine_agreement import Confirmation, confirm, describe
+from discovery.clustering.medoids import cluster
+from discovery.clustering.repeatability import steadiest
+from discovery.clustering.wccn import covariance_by_chance, in_units_of
 from discovery.controllers import check_controllers
-from discovery.dataset import make_dataset
 from discovery.errors import DiscoveryError
 from discovery.export import export
-from discovery.manifest import begin_manifest, end_manifest
-from discovery.medoids import Clusters, cluster
 from discovery.progress import stage
 from discovery.report import write_report
 from discovery.representations import fit
 from discovery.representations.interface import Fitted
-from discovery.run_folder import ARCHIVE, ENCODER, METRICS, RunFolder
-from discovery.search import run_search
-from discovery.simulate import Simulator
-from discovery.stability import steadiest
+from discovery.rollouts.dataset import make_dataset
+from discovery.rollouts.simulator import Simulator
+from discovery.runs.archive import Archive, to_parquet
+from discovery.runs.clusters import Clusters
+from discovery.runs.manifest import begin_manifest, end_manifest
+from discovery.runs.run_folder import ARCHIVE, ENCODER, METRICS, RunFolder
+from discovery.search.search import run_search
 from discovery.tracking import make_tracker
 from swarm_envs.rendering import pictures
 from swarm_envs.worlds import load_world
@@ -55,7 +56,7 @@ def discover(folder: RunFolder) -> Path:
         flush=True,
     )
 
-    folder.tracker = make_tracker(folder)
+    folder.tracker = make_tracker(folder.path, settings)
     try:
         return _stages(folder, simulator, manifest)
     finally:

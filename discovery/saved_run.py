@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from discovery.archive import Archive, read_parquet
 from discovery.errors import DiscoveryError
-from discovery.medoids import Clusters
-from discovery.run_folder import ARCHIVE, CHANCE, ENCODER, METRICS, open_folder, read_manifest
+from discovery.runs.archive import Archive, read_parquet
+from discovery.runs.clusters import Clusters
+from discovery.runs.run_folder import ARCHIVE, CHANCE, ENCODER, METRICS, open_folder, read_manifest
 from discovery.settings import Settings
 
 if TYPE_CHECKING:
@@ -83,7 +83,7 @@ class Run:
         Raises:
             DiscoveryError: When the file is missing or damaged.
         """
-        from discovery.chance import in_units_of
+        from discovery.clustering.wccn import in_units_of
 
         if not self.settings.clustering.by_chance:
             return None

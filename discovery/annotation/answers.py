@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from discovery.atomic import write_atomically
 from discovery.errors import DiscoveryError
-from discovery.labels import BEHAVIOURS
+from discovery.files.atomic import write_atomically
+from discovery.rollouts.labels import BEHAVIOURS
 
 UNSURE = "unsure"
 KINDS = {"triples": ("first", "second", UNSURE), "labels": (*BEHAVIOURS, UNSURE)}

@@ -8,11 +8,11 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from discovery.held_out import HeldOut
-from discovery.judgements import fingerprint
 from discovery.randomness import whole_seed
-from discovery.run_folder import RunFolder
-from discovery.simulate import Simulator
+from discovery.rollouts.filming import fingerprint
+from discovery.rollouts.simulator import Simulator
+from discovery.rollouts.test_set import HeldOut
+from discovery.runs.run_folder import RunFolder
 from swarm_envs.simulation import Trajectories
 
 

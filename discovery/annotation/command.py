@@ -57,9 +57,9 @@ async def _serve(arguments: argparse.Namespace) -> None:
         raise DiscoveryError(f"{error}; install swarm-envs[deployment], which has the web server") from None
     from discovery.annotation.answers import open_answers
     from discovery.annotation.clips import Clips, HeldOutClips, dataset_clips
-    from discovery.held_out import draw_held_out
-    from discovery.run_folder import open_folder
-    from discovery.simulate import Simulator
+    from discovery.rollouts.simulator import Simulator
+    from discovery.rollouts.test_set import draw_held_out
+    from discovery.runs.run_folder import open_folder
     from swarm_envs.worlds import load_world
 
     settings = run.settings

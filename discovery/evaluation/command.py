@@ -14,9 +14,9 @@ from swarm_envs.cores import available_cores
 from swarm_envs.worlds import WorldError
 
 if TYPE_CHECKING:
-    from discovery.held_out import HeldOut
+    from discovery.rollouts.simulator import Simulator
+    from discovery.rollouts.test_set import HeldOut
     from discovery.saved_run import Run
-    from discovery.simulate import Simulator
 
 
 def parser() -> argparse.ArgumentParser:
@@ -122,7 +122,7 @@ def _open(arguments: argparse.Namespace) -> tuple[dict[str, list[Run]], Simulato
     settings = next(iter(groups.values()))[0].settings
     import torch
 
-    from discovery.simulate import Simulator
+    from discovery.rollouts.simulator import Simulator
     from swarm_envs.worlds import load_world
 
     torch.set_num_threads(arguments.threads)
@@ -132,7 +132,7 @@ def _open(arguments: argparse.Namespace) -> tuple[dict[str, list[Run]], Simulato
 
 def _test_set(arguments: argparse.Namespace, simulator: Simulator) -> HeldOut:
     from discovery.annotation.answers import read_labels
-    from discovery.held_out import draw_held_out
+    from discovery.rollouts.test_set import draw_held_out
 
     test = draw_held_out(simulator, arguments.per_class, arguments.most_draws, arguments.seed)
     return test if arguments.labels is None else test.relabelled(*read_labels(arguments.labels, test.fingerprint))

@@ -11,18 +11,18 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from discovery.clustering.medoids import cluster
 from discovery.controllers import random_controllers
 from discovery.evaluation import published
 from discovery.evaluation.groups import mean_and_error
 from discovery.evaluation.legend import COLOURS
 from discovery.evaluation.tables import RULES, write_csv, write_figure, write_json
-from discovery.labels import BEHAVIOURS
-from discovery.medoids import cluster
 from discovery.progress import bar
 from discovery.randomness import generator, whole_seed
+from discovery.rollouts.labels import BEHAVIOURS
+from discovery.rollouts.simulator import Simulator
 from discovery.saved_run import Run
 from discovery.settings import ClusteringSettings
-from discovery.simulate import Simulator
 from swarm_envs.behaviours import label
 
 RANDOM = "random"

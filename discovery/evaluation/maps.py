@@ -13,13 +13,14 @@ import numpy as np
 import numpy.typing as npt
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, select_autoescape
 
-from discovery.atomic import write_atomically
 from discovery.evaluation.legend import COLOURS, SHAPES
 from discovery.evaluation.tables import write_csv, write_figure, write_json
-from discovery.held_out import HeldOut
-from discovery.labels import BEHAVIOURS
+from discovery.files.atomic import write_atomically
 from discovery.report.animation import describe_scene, pack_rollout, to_base64
 from discovery.report.archive_map import lay_out
+from discovery.representations.interface import embed_parts
+from discovery.rollouts.labels import BEHAVIOURS
+from discovery.rollouts.test_set import HeldOut
 from discovery.saved_run import Run
 from swarm_envs.simulation import Trajectories
 
@@ -43,7 +44,7 @@ def lay_out_maps(groups: dict[str, list[Run]], test: HeldOut, iterations: int, s
     maps = []
     for name, runs in groups.items():
         run = min(runs, key=lambda each: each.settings.seed)
-        maps.append(Map(name, run.settings.seed, lay_out(test.embed(run.representation), iterations, seed)))
+        maps.append(Map(name, run.settings.seed, lay_out(embed_parts(run.representation, test.parts), iterations, seed)))
     return maps
 
 

@@ -14,7 +14,8 @@ from discovery.evaluation.groups import FloatArray, mean_and_error
 from discovery.evaluation.probes import probe
 from discovery.evaluation.tables import write_csv, write_figure, write_json
 from discovery.evaluation.triplets import confusion
-from discovery.held_out import HeldOut
+from discovery.representations.interface import embed_parts
+from discovery.rollouts.test_set import HeldOut
 from discovery.saved_run import Run
 
 
@@ -39,7 +40,7 @@ def judge_representations(groups: dict[str, list[Run]], test: HeldOut) -> list[J
     for name, runs in groups.items():
         matrices, probes = [], []
         for run in runs:
-            embeddings = test.embed(run.representation)
+            embeddings = embed_parts(run.representation, test.parts)
             matrices.append(confusion(embeddings, test.labels, classes, run.settings.search.distance))
             probes.append(probe(embeddings, test.labels))
         mean, error = mean_and_error(matrices)

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from discovery.atomic import write_atomically
+from discovery.files.atomic import write_atomically
 
 RULES = "rules"
 """Who gave the labels, where no person did."""

@@ -23,8 +23,8 @@ from discovery.errors import DiscoveryError
 from discovery.evaluation.groups import representation_name
 from discovery.progress import bar
 from discovery.randomness import whole_seed
+from discovery.rollouts.simulator import Simulator
 from discovery.saved_run import Run
-from discovery.simulate import Simulator
 from swarm_envs.behaviours import label
 from swarm_envs.metrics import hand_crafted
 from swarm_envs.worlds import WorldSpec, load_world

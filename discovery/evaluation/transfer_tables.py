@@ -15,7 +15,7 @@ from discovery.evaluation.frequency import RANDOM
 from discovery.evaluation.groups import interval
 from discovery.evaluation.tables import RULES, write_csv, write_figure, write_json
 from discovery.evaluation.transfer import ATTEMPTS, Flags, Transferred, mark, within
-from discovery.labels import BEHAVIOURS
+from discovery.rollouts.labels import BEHAVIOURS
 
 WAYS: dict[str, Callable[[Transferred], Flags]] = {"label": lambda each: each.by_label, "metrics": lambda each: each.by_metrics}
 """How a medoid's attempts are judged."""

@@ -10,16 +10,16 @@ from typing import Any
 import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, select_autoescape
 
-from discovery.archive import Archive
-from discovery.confirmation import STARTS, Confirmation
-from discovery.labels import BEHAVIOURS
-from discovery.medoids import Clusters
+from discovery.clustering.engine_agreement import STARTS, Confirmation
 from discovery.report.animation import describe_scene, pack_rollout, to_base64
 from discovery.report.archive_map import choose_rows, lay_out
 from discovery.report.chart import line_chart
 from discovery.representations.interface import Fitted
-from discovery.run_folder import REPORT, RunFolder
-from discovery.simulate import Simulator
+from discovery.rollouts.labels import BEHAVIOURS
+from discovery.rollouts.simulator import Simulator
+from discovery.runs.archive import Archive
+from discovery.runs.clusters import Clusters
+from discovery.runs.run_folder import REPORT, RunFolder
 
 SEARCHED = {"novelty": "Novelty search", "random": "Random sampling", "isoline": "Isoline variation"}
 """Who found the controllers, by ``search.method``."""

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from discovery.dataset import Dataset
-from discovery.representations.contrastive import fit_simclr
 from discovery.representations.hand_crafted import fit_hand_crafted, load_hand_crafted
 from discovery.representations.interface import Fitted, Representation
-from discovery.representations.judged import fit_triplet
+from discovery.representations.simclr import fit_simclr
+from discovery.representations.triplet import fit_triplet
 from discovery.representations.untrained import fit_untrained
 from discovery.representations.videos import load_videos
-from discovery.run_folder import RunFolder
+from discovery.rollouts.dataset import Dataset
+from discovery.runs.run_folder import RunFolder
 
 METHODS: dict[str, Callable[[RunFolder, Dataset], Fitted]] = {
     "hand_crafted": fit_hand_crafted,

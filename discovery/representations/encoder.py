@@ -13,7 +13,7 @@ from torchvision.models import resnet18
 
 from discovery.progress import bar
 from discovery.representations.compute import Compute
-from discovery.representations.small_maps import quicken
+from discovery.representations.matmul_convolutions import quicken
 from discovery.representations.symmetry import turned_and_mirrored
 from discovery.representations.whitening import Whitening
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from discovery.dataset import Dataset
 from discovery.representations.interface import Fitted
-from discovery.representations.roots import with_roots
-from discovery.run_folder import RunFolder
+from discovery.representations.square_root_scaling import with_roots
+from discovery.rollouts.dataset import Dataset
+from discovery.runs.run_folder import RunFolder
 from discovery.settings import HandCraftedSettings
 from swarm_envs.metrics import hand_crafted
 from swarm_envs.simulation import Trajectories

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -20,6 +21,11 @@ class Representation(Protocol):
 
     def embed(self, trajectories: Trajectories) -> npt.NDArray[np.float32]:
         """Embed each rollout: (W, dimension)."""
+
+
+def embed_parts(representation: Representation, parts: Iterable[Trajectories]) -> npt.NDArray[np.float32]:
+    """Embed rollouts that come in parts, at least one: (N, dimension)."""
+    return np.concatenate([representation.embed(part) for part in parts])
 
 
 @dataclass(frozen=True)

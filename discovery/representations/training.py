@@ -14,11 +14,11 @@ from torch import nn
 from torch.optim import Optimizer
 from torch.optim.lr_scheduler import LambdaLR
 
+from discovery.files.tensor_file import DamagedFileError, TensorFile
 from discovery.progress import bar
 from discovery.representations.encoder import load_arrays, state_arrays
 from discovery.representations.memory import keep_freed_memory
-from discovery.run_folder import RunFolder, notice
-from discovery.tensor_file import DamagedFileError, TensorFile
+from discovery.runs.run_folder import RunFolder, notice
 
 
 @dataclass

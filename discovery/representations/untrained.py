@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from discovery.dataset import Dataset
 from discovery.randomness import whole_seed
 from discovery.representations.encoder import make_network
 from discovery.representations.interface import Fitted
 from discovery.representations.videos import fit_look, save_network, saved_network, starting_weights
-from discovery.run_folder import RunFolder
+from discovery.rollouts.dataset import Dataset
+from discovery.runs.run_folder import RunFolder
 
 
 def fit_untrained(folder: RunFolder, dataset: Dataset) -> Fitted:

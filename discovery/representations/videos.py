@@ -8,17 +8,17 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
-from discovery.dataset import Dataset
 from discovery.errors import DiscoveryError
-from discovery.filming import film
-from discovery.representations.beside import METRICS, Beside, fit_beside
+from discovery.files.tensor_file import TensorFile
 from discovery.representations.compute import Compute, choose_compute
+from discovery.representations.concatenated_metrics import METRICS, Beside, fit_beside
 from discovery.representations.encoder import Encoder, load_arrays, make_network, state_arrays
 from discovery.representations.imagenet import NoWeightsError, imagenet_weights
 from discovery.representations.whitening import Whitening, fit_whitening
-from discovery.run_folder import CHANCE, ENCODER, RunFolder
+from discovery.rollouts.dataset import Dataset
+from discovery.rollouts.filming import film
+from discovery.runs.run_folder import CHANCE, ENCODER, RunFolder
 from discovery.settings import DatasetSettings
-from discovery.tensor_file import TensorFile
 from swarm_envs.metrics import hand_crafted
 from swarm_envs.simulation import Trajectories
 

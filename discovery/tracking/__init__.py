@@ -8,24 +8,21 @@ from __future__ import annotations
 
 import importlib.util
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from discovery.errors import DiscoveryError
 from discovery.settings import Settings, flat
+from discovery.tracking.best_effort import Forgiving
 from discovery.tracking.event_files import EventFiles
-from discovery.tracking.forgiving import Forgiving
 from discovery.tracking.interface import Silent, Tracker
 from discovery.tracking.ml_flow import MLflow
 from discovery.tracking.weights_and_biases import WeightsAndBiases
 
-if TYPE_CHECKING:
-    from discovery.run_folder import RunFolder
-
-TRACKERS: dict[str, Callable[[RunFolder], Tracker]] = {
-    "none": lambda folder: Silent(),
-    "tensorboard": lambda folder: EventFiles(folder.path),
-    "wandb": lambda folder: WeightsAndBiases(folder.path, folder.settings.tracker.project, flat(folder.settings)),
-    "mlflow": lambda folder: MLflow(folder.path, folder.settings.tracker.project, flat(folder.settings)),
+TRACKERS: dict[str, Callable[[Path, Settings], Tracker]] = {
+    "none": lambda path, settings: Silent(),
+    "tensorboard": lambda path, settings: EventFiles(path),
+    "wandb": lambda path, settings: WeightsAndBiases(path, settings.tracker.project, flat(settings)),
+    "mlflow": lambda path, settings: MLflow(path, settings.tracker.project, flat(settings)),
 }
 """How each ``tracker.method`` is made."""
 
@@ -47,12 +44,12 @@ def check_tracker(settings: Settings) -> None:
         raise DiscoveryError(f"tracker={name}: {name} is not installed; pip install {PACKAGES[name]}, or take tracker=none")
 
 
-def make_tracker(folder: RunFolder) -> Tracker:
-    """Return the tracker that a run's settings ask for."""
-    name = folder.settings.tracker.method
+def make_tracker(path: Path, settings: Settings) -> Tracker:
+    """Return the tracker that the settings of the run in the folder ``path`` ask for."""
+    name = settings.tracker.method
     if name in SERVICES:
-        return Forgiving(name, lambda: TRACKERS[name](folder))
-    return TRACKERS[name](folder)
+        return Forgiving(name, lambda: TRACKERS[name](path, settings))
+    return TRACKERS[name](path, settings)
 
 
 __all__ = ["PACKAGES", "TRACKERS", "Silent", "Tracker", "check_tracker", "make_tracker"]

@@ -6,8 +6,8 @@ import json
 import secrets
 from pathlib import Path
 
-from discovery.atomic import write_atomically
 from discovery.errors import DiscoveryError
+from discovery.files.atomic import write_atomically
 
 FILE = "tracker.json"
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from discovery.atomic import write_atomically
+from discovery.files.atomic import write_atomically
 from discovery.tracking.run_name import run_name
 
 MARKS = "tracker-steps.json"

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from discovery.labels import BEHAVIOURS
+from discovery.rollouts.labels import BEHAVIOURS
 
 DATA = Path(__file__).with_name("atlas.json")
 ITERATIONS = 1000

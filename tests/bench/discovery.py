@@ -16,16 +16,16 @@ import torch
 from lightly.loss import NTXentLoss
 from threadpoolctl import threadpool_limits
 
+from discovery.clustering.medoids import cluster
 from discovery.controllers import random_controllers
-from discovery.labels import encode_labels
-from discovery.medoids import cluster
 from discovery.representations.compute import choose_compute
 from discovery.representations.encoder import Encoder, make_network
 from discovery.representations.simclr import begin, step
 from discovery.representations.videos import VideoRepresentation
-from discovery.search import Search, evaluate
+from discovery.rollouts.labels import encode_labels
+from discovery.rollouts.simulator import Simulator
+from discovery.search.search import Search, evaluate
 from discovery.settings import SimCLRSettings
-from discovery.simulate import Simulator
 from swarm_envs.worlds import load_world
 from tests.bench.simulation import line, rate
 from tests.discovery.tiny_run import tiny

@@ -16,7 +16,7 @@ import torch
 import discovery.pipeline
 from discovery.command import Opened, run
 from discovery.representations.encoder import make_network
-from discovery.simulate import Simulator
+from discovery.rollouts.simulator import Simulator
 from swarm_envs.rendering import videos
 from swarm_envs.worlds import load_world
 from tests.discovery.tiny_run import tiny

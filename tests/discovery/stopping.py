@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from discovery import atomic
 from discovery.command import Opened, Stopped, run
+from discovery.files import atomic
 from discovery.settings import Settings
 
 

@@ -20,8 +20,8 @@ import pytest
 from discovery.annotation.answers import KINDS, open_answers, question, read_labels
 from discovery.command import CONFIGS, Opened, run
 from discovery.errors import DiscoveryError
-from discovery.judgements import read_judgements
-from discovery.run_folder import open_folder
+from discovery.representations.judgements import read_judgements
+from discovery.runs.run_folder import open_folder
 from tests.browser import headless_chromium
 from tests.discovery.tiny_run import tiny
 
@@ -105,7 +105,7 @@ def test_triples_are_judged_by_mouse_and_keys_taken_back_and_gone_on_with(folder
 def test_a_persons_triples_teach_a_representation(folder: Path, tmp_path: Path) -> None:
     path = tmp_path / "answers.json"
     videos = np.concatenate([part.tensors["videos"] for part in open_folder(folder).parts("dataset")])
-    from discovery.judgements import fingerprint
+    from discovery.rollouts.filming import fingerprint
 
     answers = open_answers(path, "triples", fingerprint(videos), "Ada")
     for number in range(12):

@@ -8,14 +8,14 @@ import numpy.typing as npt
 import pytest
 
 from discovery import load_run
-from discovery.chance import SHRINKAGE, in_units_of, within_groups
+from discovery.clustering.medoids import cluster
+from discovery.clustering.wccn import SHRINKAGE, in_units_of, within_groups
 from discovery.command import Opened, run
-from discovery.dataset import make_dataset, rollouts_again
 from discovery.errors import DiscoveryError
 from discovery.evaluation.frequency import random_searches, standardised_medoids
-from discovery.medoids import cluster
-from discovery.run_folder import ARCHIVE, CHANCE, ENCODER, METRICS, open_folder
-from discovery.simulate import Simulator
+from discovery.rollouts.dataset import make_dataset, rollouts_again
+from discovery.rollouts.simulator import Simulator
+from discovery.runs.run_folder import ARCHIVE, CHANCE, ENCODER, METRICS, open_folder
 from swarm_envs.metrics import hand_crafted
 from swarm_envs.worlds import load_world
 from tests.discovery.stopping import run_until

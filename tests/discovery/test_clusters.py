@@ -9,10 +9,11 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from discovery.archive import Archive
-from discovery.medoids import Clusters, cluster
-from discovery.space import make_space
-from discovery.stability import STARTS, steadiest
+from discovery.clustering.embedding_space import make_space
+from discovery.clustering.medoids import cluster
+from discovery.clustering.repeatability import STARTS, steadiest
+from discovery.runs.archive import Archive
+from discovery.runs.clusters import Clusters
 from tests.discovery.tiny_run import tiny
 
 

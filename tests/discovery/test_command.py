@@ -148,7 +148,7 @@ def test_the_encoder_read_back_gives_the_archives_embeddings(finished: Path) -> 
     import numpy as np
     import torch
 
-    from discovery.simulate import Simulator
+    from discovery.rollouts.simulator import Simulator
     from swarm_envs.rendering import videos
     from swarm_envs.worlds import load_world
 

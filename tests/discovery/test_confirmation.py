@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from discovery.clustering.engine_agreement import STARTS, confirm, describe, majority
 from discovery.command import Opened, run
-from discovery.confirmation import STARTS, confirm, describe, majority
 from discovery.controllers import FloatArray
-from discovery.simulate import Simulator
+from discovery.rollouts.simulator import Simulator
 from swarm_envs import Trajectories, load_world
 from swarm_envs.worlds import PushableObject, WorldSpec
 from tests.discovery.tiny_run import tiny

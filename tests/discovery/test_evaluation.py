@@ -18,9 +18,9 @@ from discovery.evaluation.frequency import Found
 from discovery.evaluation.groups import group, mean_and_error, representation_name
 from discovery.evaluation.probes import probe
 from discovery.evaluation.triplets import confusion
-from discovery.held_out import draw_held_out, shares
+from discovery.rollouts.simulator import Simulator
+from discovery.rollouts.test_set import draw_held_out, shares
 from discovery.saved_run import Run
-from discovery.simulate import Simulator
 from swarm_envs.behaviours import label
 from swarm_envs.worlds import load_world
 from tests.discovery.tiny_run import tiny

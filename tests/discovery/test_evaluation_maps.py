@@ -16,8 +16,8 @@ import pytest
 
 from discovery.command import CONFIGS, Opened, run
 from discovery.evaluation.command import main
-from discovery.held_out import draw_held_out
-from discovery.simulate import Simulator
+from discovery.rollouts.simulator import Simulator
+from discovery.rollouts.test_set import draw_held_out
 from swarm_envs.worlds import load_world
 from tests.browser import headless_chromium
 from tests.discovery.tiny_run import tiny

@@ -14,6 +14,7 @@ from hydra import compose, initialize_config_dir
 
 import discovery
 from discovery.annotation.answers import open_answers
+from discovery.clustering.repeatability import STARTS
 from discovery.command import CONFIGS, Opened, run
 from discovery.errors import DiscoveryError
 from discovery.evaluation.command import main
@@ -27,9 +28,8 @@ from discovery.evaluation.study.plan import Plan, Planned, choose, plan_runs, re
 from discovery.evaluation.study.running import check_folders, finished, run_all
 from discovery.evaluation.study.variants import Variant
 from discovery.evaluation.study.weights import without_weights
-from discovery.run_folder import make_folder, open_folder
+from discovery.runs.run_folder import make_folder, open_folder
 from discovery.settings import flat, read_settings, to_yaml
-from discovery.stability import STARTS
 from tests.discovery.tiny_run import SHORT, SIMCLR
 
 BRIEF = [*SIMCLR, "representation.epochs=1", "representation.checkpoint_seconds=60"]

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from discovery.archive import read_parquet, to_parquet
-from discovery.atomic import write_atomically
 from discovery.errors import DiscoveryError
-from discovery.run_folder import ARCHIVE, CONFIG, RunFolder, make_folder, open_folder
-from discovery.tensor_file import DamagedFileError, read_tensor_file, write_tensor_file
+from discovery.files.atomic import write_atomically
+from discovery.files.tensor_file import DamagedFileError, read_tensor_file, write_tensor_file
+from discovery.runs.archive import read_parquet, to_parquet
+from discovery.runs.run_folder import ARCHIVE, CONFIG, RunFolder, make_folder, open_folder
 from tests.discovery.tiny_run import tiny
 
 

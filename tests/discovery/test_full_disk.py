@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from discovery import command
-from discovery.run_folder import ARCHIVE, CONFIG, ENCODER, LOCK, MANIFEST, METRICS, REPORT
+from discovery.runs.run_folder import ARCHIVE, CONFIG, ENCODER, LOCK, MANIFEST, METRICS, REPORT
 from discovery.tracking.event_files import FOLDER
 from tests.discovery.tiny_run import TINY
 

@@ -5,9 +5,9 @@ import numpy.typing as npt
 import pytest
 from ribs.schedulers import Scheduler
 
-from discovery.gene_box import GeneBox
-from discovery.genetic_emitter import GeneticEmitter, cross, mutate, reflect, tournament
-from discovery.proximity import EverythingArchive
+from discovery.search.gene_box import GeneBox
+from discovery.search.genetic_emitter import GeneticEmitter, cross, mutate, reflect, tournament
+from discovery.search.unstructured_archive import EverythingArchive
 from discovery.settings import SearchSettings
 from tests.discovery.tiny_run import tiny
 

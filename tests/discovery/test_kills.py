@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from discovery.command import CONFIGS
-from discovery.run_folder import ARCHIVE, CONFIG, ENCODER, MANIFEST, METRICS, part_name, read_manifest
+from discovery.runs.run_folder import ARCHIVE, CONFIG, ENCODER, MANIFEST, METRICS, part_name, read_manifest
 
 RUNS = 10
 """Each is killed twice: while it learns, and after it was resumed, while it searches or reports."""

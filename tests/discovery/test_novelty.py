@@ -6,9 +6,9 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from discovery import novelty
-from discovery.medoids import cluster
-from discovery.novelty import Neighbours
+from discovery.clustering.medoids import cluster
+from discovery.search import novelty
+from discovery.search.novelty import Neighbours
 from tests.discovery.tiny_run import tiny
 
 Array = npt.NDArray[np.float32]

@@ -7,15 +7,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from discovery.dataset import Dataset, make_dataset
 from discovery.errors import DiscoveryError
 from discovery.evaluation.triplets import confusion
 from discovery.randomness import generator
-from discovery.representations.contrastive import fit_simclr
 from discovery.representations.pairs import Pairs
+from discovery.representations.simclr import fit_simclr
 from discovery.representations.videos import VideoRepresentation
-from discovery.run_folder import make_folder
-from discovery.simulate import Simulator
+from discovery.rollouts.dataset import Dataset, make_dataset
+from discovery.rollouts.simulator import Simulator
+from discovery.runs.run_folder import make_folder
 from swarm_envs.worlds import load_world
 from tests.discovery.tiny_run import tiny
 

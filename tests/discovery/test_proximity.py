@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from ribs.archives import ProximityArchive
 
-from discovery.proximity import EverythingArchive
+from discovery.search.unstructured_archive import EverythingArchive
 
 
 def filled(distance: str = "euclidean") -> tuple[EverythingArchive, ProximityArchive]:

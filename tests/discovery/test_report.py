@@ -15,8 +15,8 @@ import discovery
 from discovery.report.archive_map import choose_rows, lay_out
 from discovery.report.chart import line_chart
 from discovery.report.page import SEARCHED
+from discovery.rollouts.simulator import Simulator
 from discovery.settings import SearchSettings
-from discovery.simulate import Simulator
 from swarm_envs.worlds import load_world
 
 

@@ -13,16 +13,16 @@ import torch
 
 from discovery import load_run
 from discovery.command import Opened, run
-from discovery.dataset import Dataset, make_dataset
 from discovery.errors import DiscoveryError
-from discovery.filming import film
-from discovery.judgements import Judgements, fingerprint, read_judgements, simulate_annotator, write_judgements
 from discovery.representations import METHODS, fit
-from discovery.representations.judged import JUDGEMENTS, learn
+from discovery.representations.judgements import Judgements, read_judgements, simulate_annotator, write_judgements
+from discovery.representations.triplet import JUDGEMENTS, learn
 from discovery.representations.videos import BESIDE, WHITENING, VideoRepresentation
-from discovery.run_folder import ARCHIVE, ENCODER, make_folder, open_folder
+from discovery.rollouts.dataset import Dataset, make_dataset
+from discovery.rollouts.filming import film, fingerprint
+from discovery.rollouts.simulator import Simulator
+from discovery.runs.run_folder import ARCHIVE, ENCODER, make_folder, open_folder
 from discovery.settings import REPRESENTATIONS, Settings, to_yaml
-from discovery.simulate import Simulator
 from swarm_envs.metrics import hand_crafted
 from swarm_envs.rendering import trails, videos
 from swarm_envs.worlds import load_world

@@ -12,7 +12,7 @@ import pytest
 
 from discovery.command import CONFIGS, Opened, run
 from discovery.errors import DiscoveryError
-from discovery.run_folder import ARCHIVE, ENCODER, METRICS, open_folder
+from discovery.runs.run_folder import ARCHIVE, ENCODER, METRICS, open_folder
 from tests.discovery.stopping import run_until
 from tests.discovery.tiny_run import TINY, tiny
 

@@ -10,9 +10,9 @@ import pytest
 
 from discovery.controllers import gene_limits
 from discovery.errors import DiscoveryError
-from discovery.labels import encode_labels
-from discovery.novelty import Neighbours
-from discovery.search import Search
+from discovery.rollouts.labels import encode_labels
+from discovery.search.novelty import Neighbours
+from discovery.search.search import Search
 from discovery.settings import SearchSettings
 from swarm_envs.worlds import load_world
 from tests.discovery.tiny_run import tiny

@@ -5,7 +5,7 @@ import torch
 from torch import nn
 
 from discovery.representations.encoder import make_network
-from discovery.representations.small_maps import SmallMapConv2d, quicken
+from discovery.representations.matmul_convolutions import SmallMapConv2d, quicken
 
 
 @pytest.mark.parametrize("side", [(1, 1), (1, 2), (2, 1), (2, 2), (3, 2), (4, 4)])

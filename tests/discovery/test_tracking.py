@@ -17,7 +17,7 @@ from tensorboard.backend.event_processing.event_accumulator import EventAccumula
 from discovery import tracking
 from discovery.command import Opened, run
 from discovery.errors import DiscoveryError
-from discovery.run_folder import ENCODER, METRICS, RunFolder
+from discovery.runs.run_folder import ENCODER, METRICS, RunFolder
 from discovery.tracking import Tracker, make_tracker
 from tests.discovery.stopping import run_until
 from tests.discovery.tiny_run import tiny
@@ -62,7 +62,7 @@ def test_no_tracker_leaves_nothing_and_a_missing_one_is_told_before_a_folder_is_
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     folder = RunFolder(tmp_path, tiny("tracker=none"))
-    tracker = make_tracker(folder)
+    tracker = make_tracker(folder.path, folder.settings)
     tracker.begin("search")
     tracker.log("search", 0, {"novelty/mean": 1.0})
     tracker.close()
@@ -134,7 +134,7 @@ def test_a_service_that_fails_does_not_end_the_run(
 ) -> None:
     service: Any = PretendedWandb()
     monkeypatch.setitem(sys.modules, "wandb", service)
-    tracker = make_tracker(RunFolder(tmp_path, tiny("tracker=wandb")))
+    tracker = make_tracker(tmp_path, tiny("tracker=wandb"))
     tracker.begin("search")
 
     def fail(image: Any) -> None:
@@ -147,14 +147,14 @@ def test_a_service_that_fails_does_not_end_the_run(
     assert capsys.readouterr().err == "discovery: wandb: ConnectionError: no route to host; going on without it\n"
     monkeypatch.setattr(service, "init", fail)
     with pytest.raises(DiscoveryError, match=r"^tracker=wandb: .*; set it up, or take tracker=tensorboard$"):
-        make_tracker(RunFolder(tmp_path, tiny("tracker=wandb")))
+        make_tracker(tmp_path, tiny("tracker=wandb"))
 
 
 @pytest.mark.parametrize("service", [PretendedWandb(), PretendedMLflow()], ids=lambda service: service.__name__)
 def test_a_resumed_run_goes_on_in_a_service_where_it_stopped(service: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, service.__name__, service)
     for steps in (3, 5):  # stopped after three steps, resumed
-        tracker: Tracker = make_tracker(RunFolder(tmp_path, tiny(f"tracker={service.__name__}")))
+        tracker: Tracker = make_tracker(tmp_path, tiny(f"tracker={service.__name__}"))
         for stage in ("training", "search"):
             tracker.begin(stage)
             for step in range(steps):

@@ -20,11 +20,11 @@ from discovery.evaluation.study.variants import judge_variants, write_variants
 from discovery.evaluation.tables import write_json
 from discovery.evaluation.transfer import transfer
 from discovery.evaluation.transfer_tables import write_transfer
-from discovery.held_out import HeldOut, draw_held_out
 from discovery.progress import stage
-from discovery.run_folder import read_manifest
+from discovery.rollouts.simulator import Simulator
+from discovery.rollouts.test_set import HeldOut, draw_held_out
+from discovery.runs.run_folder import read_manifest
 from discovery.saved_run import Run, load_run
-from discovery.simulate import Simulator
 from swarm_envs.worlds import load_world
 
 MADE_FROM = "made_from.json"

@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from discovery.evaluation.study.plan import Planned
-from discovery.manifest import world_digest
-from discovery.representations.judged import JUDGEMENTS
-from discovery.run_folder import ENCODER, RunFolder, notice, open_folder, read_manifest
+from discovery.files.tensor_file import DamagedFileError
+from discovery.representations.triplet import JUDGEMENTS
+from discovery.runs.manifest import world_digest
+from discovery.runs.run_folder import ENCODER, RunFolder, notice, open_folder, read_manifest
 from discovery.settings import Settings
-from discovery.tensor_file import DamagedFileError
 from swarm_envs.worlds import load_world
 
 AFTER_TRAINING = {

@@ -13,13 +13,13 @@ from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from discovery.atomic import write_atomically
 from discovery.errors import DiscoveryError
 from discovery.evaluation import published
 from discovery.evaluation.study.evaluating import Evaluations
 from discovery.evaluation.study.plan import Plan
-from discovery.labels import BEHAVIOURS
-from discovery.run_folder import METRICS, read_manifest
+from discovery.files.atomic import write_atomically
+from discovery.rollouts.labels import BEHAVIOURS
+from discovery.runs.run_folder import METRICS, read_manifest
 
 BY_HAND = re.compile(r"(?<=<!-- by hand: kept when the page is written again -->\n).*?(?=<!-- end of what is by hand -->)", re.DOTALL)
 """The person's section."""

@@ -14,7 +14,7 @@ from discovery.errors import DiscoveryError
 from discovery.evaluation.groups import ASIDE
 from discovery.evaluation.study.hand_over import hand_over
 from discovery.evaluation.study.plan import Planned
-from discovery.run_folder import CONFIG, make_folder, open_folder, read_manifest
+from discovery.runs.run_folder import CONFIG, make_folder, open_folder, read_manifest
 from discovery.settings import PLACES, flat
 
 Runner = Callable[[Planned], None]

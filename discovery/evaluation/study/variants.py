@@ -15,7 +15,8 @@ from discovery.evaluation.groups import FloatArray, mean_and_error
 from discovery.evaluation.study.plan import Entry, Planned
 from discovery.evaluation.tables import write_csv, write_figure, write_json
 from discovery.evaluation.triplets import confusion
-from discovery.held_out import HeldOut
+from discovery.representations.interface import embed_parts
+from discovery.rollouts.test_set import HeldOut
 from discovery.saved_run import load_run
 
 BASE = "hand_crafted"
@@ -59,7 +60,7 @@ def judge_variants(groups: Mapping[Entry, Sequence[Planned]], test: HeldOut) -> 
         accuracy, evaluations, names = [], [], []
         for each in planned:
             run = load_run(each.path)
-            embeddings = test.embed(run.representation)
+            embeddings = embed_parts(run.representation, test.parts)
             matrix = confusion(embeddings, test.labels, test.classes, run.settings.search.distance)
             accuracy.append(np.diag(matrix))
             evaluations.append(len(run.archive))

@@ -14,7 +14,7 @@ import pyarrow.parquet as pq
 
 from discovery.controllers import GENES, FloatArray
 from discovery.errors import DiscoveryError
-from discovery.medoids import Clusters
+from discovery.runs.clusters import Clusters
 
 METRICS = ("average_speed", "angular_momentum", "radial_variance", "scatter", "group_rotation")
 """Names of the five hand-crafted metrics, in order."""

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from discovery.errors import DiscoveryError
-from discovery.representations.roots import with_roots
+from discovery.representations.square_root_scaling import with_roots
 
 Embeddings = npt.NDArray[np.float32]
 

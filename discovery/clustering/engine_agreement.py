@@ -11,7 +11,7 @@ import numpy as np
 
 from discovery.controllers import FloatArray
 from discovery.randomness import whole_seed
-from discovery.simulate import Simulator
+from discovery.rollouts.simulator import Simulator
 from swarm_envs import behaviours
 from swarm_envs.simulation.simulation import ENGINES, check_engine
 from swarm_envs.worlds import WorldError

@@ -16,10 +16,10 @@ from typing import IO, Any, Self
 import numpy.typing as npt
 from omegaconf import DictConfig, OmegaConf
 
-from discovery.atomic import write_atomically
 from discovery.errors import DiscoveryError
+from discovery.files.atomic import write_atomically
+from discovery.files.tensor_file import DamagedFileError, TensorFile, read_tensor_file, write_tensor_file
 from discovery.settings import PLACES, Settings, flat, read_settings, to_yaml
-from discovery.tensor_file import DamagedFileError, TensorFile, read_tensor_file, write_tensor_file
 from discovery.tracking.interface import Silent, Tracker
 from swarm_envs.cores import available_cores
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,8 +9,9 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from discovery.atomic import write_atomically
 from discovery.errors import DiscoveryError
+from discovery.files.atomic import write_atomically
+from discovery.rollouts.filming import fingerprint
 
 SIMULATED = "simulated annotator"
 """How answers by rule are marked, wherever they are shown."""
@@ -27,11 +27,6 @@ class Judgements:
     """Who gave them."""
     dataset: str
     """Fingerprint of the videos that were judged."""
-
-
-def fingerprint(videos: npt.NDArray[np.uint8]) -> str:
-    """Return what a dataset's videos (N, frames, size, size) are known by."""
-    return hashlib.sha256(videos.tobytes()).hexdigest()[:16]
 
 
 def simulate_annotator(

@@ -5,23 +5,19 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from discovery.controllers import random_controllers
 from discovery.errors import DiscoveryError
-from discovery.judgements import fingerprint
 from discovery.progress import bar
 from discovery.randomness import generator, whole_seed
-from discovery.simulate import Simulator
+from discovery.rollouts.filming import fingerprint
+from discovery.rollouts.simulator import Simulator
 from swarm_envs.behaviours import label
 from swarm_envs.rendering import videos
 from swarm_envs.simulation import Trajectories
-
-if TYPE_CHECKING:
-    from discovery.representations.interface import Representation
 
 CHUNK = 250
 """Rollouts simulated at a time."""
@@ -68,10 +64,6 @@ class HeldOut:
         ends = np.cumsum([len(part.poses) for part in self.parts])
         inside = [np.flatnonzero(chosen) for chosen in np.split(keep, ends[:-1])]
         return HeldOut(tuple(part[rows] for part, rows in zip(self.parts, inside, strict=True) if len(rows)), names[keep], given_by)
-
-    def embed(self, representation: Representation) -> npt.NDArray[np.float32]:
-        """Embed every rollout: (N, d)."""
-        return np.concatenate([representation.embed(part) for part in self.parts])
 
 
 def draw_held_out(simulator: Simulator, a_class: int, most_draws: int, seed: int) -> HeldOut:

@@ -10,8 +10,8 @@ from ribs.archives import ArchiveBase
 from ribs.emitters import EmitterBase
 
 from discovery.controllers import FloatArray
-from discovery.gene_box import GeneBox
 from discovery.randomness import generator
+from discovery.search.gene_box import GeneBox
 from discovery.settings import SearchSettings
 
 REDRAWS = 1000

@@ -14,8 +14,8 @@ import numpy.typing as npt
 from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save
 
-from discovery.atomic import write_atomically
 from discovery.errors import DiscoveryError
+from discovery.files.atomic import write_atomically
 
 LABEL = "discovery"
 """Name of the header's entry that says which run, which facts, and what checksum."""

@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from discovery.archive import Archive
-from discovery.medoids import Clusters
+from discovery.clustering.embedding_space import clustering_space
 from discovery.randomness import whole_seed
 from discovery.representations.interface import Representation
+from discovery.rollouts.simulator import Simulator
+from discovery.runs.archive import Archive
+from discovery.runs.clusters import Clusters
 from discovery.settings import Settings
-from discovery.simulate import Simulator
-from discovery.space import clustering_space
 
 STARTS = 3
 """Starts that each candidate is run from, the same for all."""
@@ -54,7 +54,7 @@ def steadiest(
 ) -> Steadiness:
     """Put the steadiest of the ``clustering.stable`` members nearest to each medoid in its place; the clusters stay what they are.
 
-    ``turn`` is what :func:`discovery.medoids.cluster` was given.
+    ``turn`` is what :func:`discovery.clustering.medoids.cluster` was given.
     """
     clustering = settings.clustering
     space = clustering_space(archive.embeddings, clustering, settings.search.distance, turn)

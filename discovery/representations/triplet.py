@@ -8,15 +8,16 @@ import torch
 from lightly.utils.scheduler import CosineWarmupScheduler
 from torch import nn
 
-from discovery.dataset import Dataset
-from discovery.judgements import SIMULATED, Judgements, fingerprint, read_judgements, simulate_annotator, write_judgements
 from discovery.randomness import generator, whole_seed
 from discovery.representations.augment import augment, draw_views
 from discovery.representations.encoder import make_network
 from discovery.representations.interface import Fitted
+from discovery.representations.judgements import SIMULATED, Judgements, read_judgements, simulate_annotator, write_judgements
 from discovery.representations.training import Training, describe, train
 from discovery.representations.videos import compute_of, fit_look, save_network, saved_network, starting_weights
-from discovery.run_folder import RunFolder
+from discovery.rollouts.dataset import Dataset
+from discovery.rollouts.filming import fingerprint
+from discovery.runs.run_folder import RunFolder
 from discovery.settings import TripletSettings
 
 JUDGEMENTS = "judgements.json"

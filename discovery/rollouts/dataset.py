@@ -10,13 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from discovery.controllers import FloatArray, random_controllers
-from discovery.filming import film
-from discovery.labels import decode_labels, encode_labels
 from discovery.progress import bar
 from discovery.randomness import generator, whole_seed
-from discovery.run_folder import RunFolder, part_name
+from discovery.rollouts.filming import film
+from discovery.rollouts.labels import decode_labels, encode_labels
+from discovery.rollouts.simulator import Simulator
+from discovery.runs.run_folder import RunFolder, part_name
 from discovery.settings import DatasetSettings
-from discovery.simulate import Simulator
 from swarm_envs.behaviours import label
 from swarm_envs.metrics import hand_crafted
 from swarm_envs.simulation import Trajectories

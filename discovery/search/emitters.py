@@ -19,9 +19,9 @@ from ribs.emitters import EmitterBase, IsoLineEmitter
 
 from discovery.controllers import FloatArray
 from discovery.errors import DiscoveryError
-from discovery.gene_box import GeneBox
-from discovery.genetic_emitter import GeneticEmitter
 from discovery.randomness import generator, whole_seed
+from discovery.search.gene_box import GeneBox
+from discovery.search.genetic_emitter import GeneticEmitter
 from discovery.settings import SearchSettings
 
 TRIES = 1000

@@ -9,11 +9,11 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from discovery.dataset import rollouts_again
 from discovery.progress import bar
 from discovery.representations.interface import Representation
-from discovery.run_folder import CHANCE, RunFolder
-from discovery.simulate import Simulator
+from discovery.rollouts.dataset import rollouts_again
+from discovery.rollouts.simulator import Simulator
+from discovery.runs.run_folder import CHANCE, RunFolder
 
 FloatArray = npt.NDArray[np.float64]
 

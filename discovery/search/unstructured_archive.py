@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from ribs.archives import ProximityArchive
 
-from discovery.novelty import Neighbours
+from discovery.search.novelty import Neighbours
 
 
 class EverythingArchive(ProximityArchive):

@@ -11,19 +11,19 @@ from ribs.archives import ArchiveBase, CVTArchive, k_means_centroids
 from ribs.schedulers import Scheduler
 from threadpoolctl import threadpool_limits
 
-from discovery.archive import Archive
 from discovery.controllers import FloatArray, check_controllers
-from discovery.emitters import Wish, make_emitter
 from discovery.errors import DiscoveryError
-from discovery.gene_box import gene_box
-from discovery.labels import BEHAVIOURS, LABEL_BYTES, decode_labels, encode_labels
 from discovery.progress import bar
-from discovery.proximity import EverythingArchive
 from discovery.randomness import whole_seed
 from discovery.representations.interface import Representation
-from discovery.run_folder import RunFolder, part_name
+from discovery.rollouts.labels import BEHAVIOURS, LABEL_BYTES, decode_labels, encode_labels
+from discovery.rollouts.simulator import Simulator
+from discovery.runs.archive import Archive
+from discovery.runs.run_folder import RunFolder, part_name
+from discovery.search.emitters import Wish, make_emitter
+from discovery.search.gene_box import gene_box
+from discovery.search.unstructured_archive import EverythingArchive
 from discovery.settings import SearchSettings
-from discovery.simulate import Simulator
 from swarm_envs.behaviours import label
 from swarm_envs.metrics import hand_crafted
 from swarm_envs.worlds import WorldSpec

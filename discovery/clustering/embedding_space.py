@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from sklearn.metrics.pairwise import euclidean_distances
 
-from discovery.novelty import unit
+from discovery.search.novelty import unit
 from discovery.settings import ClusteringSettings
 
 KEPT = 0.99
@@ -59,7 +59,7 @@ def clustering_space(
     """
     if settings.by_chance != (turn is not None):
         given = "none" if turn is None else "one"
-        raise ValueError(f"clustering.by_chance is {settings.by_chance}, given {given} of discovery.chance.in_units_of")
+        raise ValueError(f"clustering.by_chance is {settings.by_chance}, given {given} of discovery.clustering.wccn.in_units_of")
     return make_space(embeddings, distance, settings.standardise, settings.whiten, turn)
 
 
@@ -77,7 +77,7 @@ def make_space(
         distance: ``euclidean``, or ``cosine``: one less the cosine of the angle, at the mean when there is one, else at the origin.
         standardise: Whether every number has mean 0 and standard deviation 1.
         whiten: Whether the principal components that hold most of the variance do, after that.
-        turn: (d, m) what embeddings are multiplied with instead, such as :func:`discovery.chance.in_units_of`.
+        turn: (d, m) what embeddings are multiplied with instead, such as :func:`discovery.clustering.wccn.in_units_of`.
 
     Raises:
         ValueError: When embeddings are to be multiplied and standardised or whitened.

@@ -15,7 +15,7 @@ from typing import Any
 import psutil
 import torch
 
-from discovery.run_folder import MANIFEST, RunFolder, notice, read_manifest
+from discovery.runs.run_folder import MANIFEST, RunFolder, notice, read_manifest
 from swarm_envs.worlds import WorldSpec
 
 PACKAGES = (
