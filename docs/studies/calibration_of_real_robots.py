@@ -22,8 +22,8 @@ import numpy.typing as npt
 from swarm_envs import load_world, rollouts
 from swarm_envs.behaviours import label
 from swarm_envs.calibration import Findings, Log, Track, calibrate
-from swarm_envs.calibration.drive import free_run
-from swarm_envs.calibration.stability import Stability, leave_one_out
+from swarm_envs.calibration.drive.motion import free_run
+from swarm_envs.calibration.validation.leave_one_out import Stability, leave_one_out
 
 Array = npt.NDArray[np.float64]
 

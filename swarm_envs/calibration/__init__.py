@@ -8,8 +8,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from swarm_envs.calibration.errors import LogError
-from swarm_envs.calibration.log import Log, Track, read_log
-from swarm_envs.calibration.prediction import evaluate
+from swarm_envs.calibration.logs.log import Log, Track
+from swarm_envs.calibration.logs.reading import read_log
+from swarm_envs.calibration.prediction.evaluation import evaluate
 
 if TYPE_CHECKING:
     from swarm_envs.calibration.findings import Findings, calibrate

@@ -9,8 +9,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from swarm_envs.calibration.errors import LogError
-from swarm_envs.calibration.log import Log, read_log
-from swarm_envs.calibration.prediction import evaluate
+from swarm_envs.calibration.logs.log import Log
+from swarm_envs.calibration.logs.reading import read_log
+from swarm_envs.calibration.prediction.evaluation import evaluate
 from swarm_envs.worlds import WorldError
 
 
@@ -62,8 +63,8 @@ def _calibrate(arguments: argparse.Namespace) -> None:
     try:
         from swarm_envs.calibration.findings import calibrate
         from swarm_envs.calibration.progress import Progress
-        from swarm_envs.calibration.report import write_folder
-        from swarm_envs.calibration.stability import leave_one_out
+        from swarm_envs.calibration.report.page import write_folder
+        from swarm_envs.calibration.validation.leave_one_out import leave_one_out
     except ImportError as error:
         raise LogError(f"{error}; install swarm-envs[calibration]") from None
     log = read_log(*arguments.log, topics=arguments.topics)

@@ -9,15 +9,19 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from swarm_envs.calibration.criticism import Discrepancy, criticise, residuals
-from swarm_envs.calibration.extension import extend
-from swarm_envs.calibration.gain import Gain, heldout_gain
-from swarm_envs.calibration.identification import Cause, Identified, identify
-from swarm_envs.calibration.log import Log, read_log
-from swarm_envs.calibration.pushing import identify_contact
-from swarm_envs.calibration.sensing import identify_sensor
-from swarm_envs.calibration.swarm_gain import swarm_gain
-from swarm_envs.calibration.unlisted import Unlisted, find_unlisted
+from swarm_envs.calibration.apply_effects import extend
+from swarm_envs.calibration.contact.identification import identify_contact
+from swarm_envs.calibration.drive.identification import Identified, identify
+from swarm_envs.calibration.logs.log import Log
+from swarm_envs.calibration.logs.reading import read_log
+from swarm_envs.calibration.residual.criticism import Discrepancy, criticise
+from swarm_envs.calibration.residual.residual_dynamics import Unlisted, find_unlisted
+from swarm_envs.calibration.residual.residuals import residuals
+from swarm_envs.calibration.selection.causes import Cause
+from swarm_envs.calibration.sensor.identification import identify_sensor
+from swarm_envs.calibration.validation.gain import Gain
+from swarm_envs.calibration.validation.heldout import heldout_gain
+from swarm_envs.calibration.validation.swarm import swarm_gain
 from swarm_envs.worlds import WorldSpec, load_world
 
 LARGEST = 3

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from swarm_envs.calibration.log import Log
-from swarm_envs.calibration.prediction import tracked
+from swarm_envs.calibration.logs.log import Log, tracked
 from tests.calibration.hidden.unlisted import Extra
 
 LEAST = 1.0

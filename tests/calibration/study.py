@@ -106,10 +106,10 @@ def perform(task: Task) -> Outcome:
     """Write a log, have it identified, and note what was named."""
     # imported here: the study's counting and its tests need no calibration
     from swarm_envs.calibration import read_log
-    from swarm_envs.calibration.identification import identify
-    from swarm_envs.calibration.pushing import identify_contact
-    from swarm_envs.calibration.sensing import identify_sensor
-    from swarm_envs.calibration.unlisted import find_unlisted
+    from swarm_envs.calibration.contact.identification import identify_contact
+    from swarm_envs.calibration.drive.identification import identify
+    from swarm_envs.calibration.residual.residual_dynamics import find_unlisted
+    from swarm_envs.calibration.sensor.identification import identify_sensor
     from swarm_envs.worlds import load_world
     from tests.calibration.sides import runs_on_either_side
 

@@ -9,8 +9,8 @@ import pytest
 
 from swarm_envs import load_world
 from swarm_envs.calibration import calibrate, read_log
-from swarm_envs.calibration.identification import identify
-from swarm_envs.calibration.report import write_folder
+from swarm_envs.calibration.drive.identification import identify
+from swarm_envs.calibration.report.page import write_folder
 
 pytest.importorskip("tests.calibration.generator")
 from tests.calibration.generator import generate_log

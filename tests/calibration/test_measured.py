@@ -17,7 +17,7 @@ import pytest
 
 from swarm_envs import load_world
 from swarm_envs.calibration import Findings, calibrate, evaluate, read_log
-from swarm_envs.calibration.stability import leave_one_out
+from swarm_envs.calibration.validation.leave_one_out import leave_one_out
 
 MEASURED = Path(__file__).parents[3] / "shared" / "measured"
 STUDY = bool(os.environ.get("CALIBRATION_STUDY"))

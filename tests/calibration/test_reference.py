@@ -9,9 +9,9 @@ import pytest
 
 from swarm_envs import load_world
 from swarm_envs.calibration import evaluate, read_log
-from swarm_envs.calibration.filtering import measured
-from swarm_envs.calibration.log import Log
-from swarm_envs.calibration.reference import reference_errors
+from swarm_envs.calibration.drive.measured import measured
+from swarm_envs.calibration.logs.log import Log
+from swarm_envs.calibration.prediction.reference import reference_errors
 
 pytest.importorskip("sklearn")
 pytest.importorskip("tests.calibration.generator")

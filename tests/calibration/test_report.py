@@ -12,11 +12,12 @@ import numpy as np
 import pytest
 
 from swarm_envs import load_world
-from swarm_envs.calibration import LogError, read_log, stability
-from swarm_envs.calibration.figures import binned
-from swarm_envs.calibration.identification import Cause, Estimate
+from swarm_envs.calibration import LogError, read_log
 from swarm_envs.calibration.progress import share_after
-from swarm_envs.calibration.report import _stable
+from swarm_envs.calibration.report.figures import binned
+from swarm_envs.calibration.report.page import _stable
+from swarm_envs.calibration.selection.causes import Cause, Estimate
+from swarm_envs.calibration.validation import leave_one_out as stability
 
 VOID = {"meta", "input", "br", "img", "use", "path"}
 

@@ -9,11 +9,11 @@ import pytest
 
 from swarm_envs import WorldSpec, load_world, rollouts
 from swarm_envs.calibration import Log, Track
-from swarm_envs.calibration.drive import drive_parameters
-from swarm_envs.calibration.filtering import measured
-from swarm_envs.calibration.fitting import Model
-from swarm_envs.calibration.gain import Gain
-from swarm_envs.calibration.swarm_gain import controller_of, swarm_gain
+from swarm_envs.calibration.drive.fitting import Model
+from swarm_envs.calibration.drive.measured import measured
+from swarm_envs.calibration.drive.motion import drive_parameters
+from swarm_envs.calibration.validation.gain import Gain
+from swarm_envs.calibration.validation.swarm import controller_of, swarm_gain
 
 CONTROLLERS = np.array([[0.08, 0.6, 0.05, -1.2], [0.06, -0.8, 0.09, 0.3], [-0.07, 0.5, 0.08, 1.0], [0.09, 1.1, -0.06, 0.4]])
 

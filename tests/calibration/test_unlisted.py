@@ -9,12 +9,13 @@ import pytest
 
 from swarm_envs import load_world
 from swarm_envs.calibration import read_log
-from swarm_envs.calibration.corrections import FORWARD
-from swarm_envs.calibration.criticism import CHANNELS, Residuals, criticise, residuals
-from swarm_envs.calibration.identification import identify
-from swarm_envs.calibration.patches import two_kinds
-from swarm_envs.calibration.smoothing import smooth_corrections
-from swarm_envs.calibration.unlisted import find_unlisted
+from swarm_envs.calibration.drive.identification import identify
+from swarm_envs.calibration.residual.corrections import FORWARD
+from swarm_envs.calibration.residual.criticism import criticise
+from swarm_envs.calibration.residual.fit_piecewise_floor import two_kinds
+from swarm_envs.calibration.residual.residual_dynamics import find_unlisted
+from swarm_envs.calibration.residual.residuals import CHANNELS, Residuals, residuals
+from swarm_envs.calibration.residual.smoothing import smooth_corrections
 
 pytest.importorskip("tests.calibration.generator")
 from tests.calibration.generator import generate_log

@@ -1,0 +1,1 @@
+"""``report.html``: wrong here, because of this, now predicted so."""

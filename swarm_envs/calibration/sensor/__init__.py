@@ -1,0 +1,1 @@
+"""The sensor: the likelihood of a log's detections, and the effects that explain them."""
