@@ -28,7 +28,8 @@ discover: $(VENV)/installed-discovery
 
 test: lint
 	@$(MAKE) --no-print-directory guide-packages || echo "not installed: the tests of the guide to BenchMARL and RLlib are skipped" >&2
-	$(BIN)/python -m pytest -n auto --dist worksteal -q
+	$(BIN)/python -m pytest -n auto --dist worksteal -q -m "not real_time"
+	$(BIN)/python -m pytest -q -m real_time
 
 guide-packages: $(GUIDES)
 

@@ -14,6 +14,8 @@ from tests.browser import headless_chromium
 from tests.hero_robot.fleet.network import BadNetwork, Weather
 from tests.hero_robot.fleet.serving import CONTROLLER, Serving, all_drive, stop_times, wait_for
 
+pytestmark = pytest.mark.real_time
+
 
 @pytest.fixture(scope="module")
 def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:

@@ -18,6 +18,8 @@ from hero_robot.fleet.command import session_path
 from hero_robot.fleet.simulated import SimulatedFleet
 from tests.hero_robot.fleet.serving import CONTROLLER, Serving, stop_times, wait_for
 
+pytestmark = pytest.mark.real_time
+
 SYSTEM_PYTHON = "/usr/bin/python3"
 PACKAGES = "Debian: python3-rospy python3-roslaunch rosout python3-geometry-msgs python3-std-msgs"
 

@@ -14,6 +14,8 @@ from hero_robot.fleet.simulated import SimulatedFleet
 from swarm_envs.calibration import read_log
 from tests.hero_robot.fleet.serving import CONTROLLER, Serving, all_drive
 
+pytestmark = pytest.mark.real_time
+
 
 @pytest.fixture(scope="module")
 def log(operator: Serving, robots: SimulatedFleet, fleet_path: Path) -> Path:

@@ -18,6 +18,8 @@ from hero_robot.fleet.simulated import SimulatedFleet
 from tests.hero_robot.fleet.network import BadNetwork, Weather
 from tests.hero_robot.fleet.serving import CONTROLLER, RUN, Serving, all_drive, stop_times, wait_for
 
+pytestmark = pytest.mark.real_time
+
 ESTOP_LIMIT = 0.050
 STOP_LIMIT = 0.500
 
