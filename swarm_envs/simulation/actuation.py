@@ -1,10 +1,4 @@
-"""From a command to the motion that the drive would make without contact.
-
-The effects act in this order: a lost command leaves the previous one in force; dead time delays it; the deadband stops a wheel
-that is asked for less; turning slows driving; gains (with each robot's own factor and the drift through a run) scale; saturation
-clips the rims; the motors lag; the turn bias follows the driven speed; a start from rest kicks; the floor drifts.
-Between two changes of its target a robot moves on the exact arc of the unicycle.
-"""
+"""From a command to the motion that the drive would make without contact: :mod:`swarm_envs.simulation.drive_law`, tick by tick."""
 
 from __future__ import annotations
 
@@ -15,11 +9,20 @@ import numpy as np
 from swarm_envs.compiled import compiled
 from swarm_envs.simulation import parameters as p
 from swarm_envs.simulation import scratch as m
+from swarm_envs.simulation.drive_law import (
+    asks_to_move,
+    chord_speed,
+    floor_drift,
+    goal_velocity,
+    motion_toward,
+    start_kick,
+    ticks_of_delay,
+)
 from swarm_envs.simulation.parameters import FeatureFlag, FloatArray, WorldArrays
 from swarm_envs.simulation.randomness import STREAM_COMMAND_LOSS, STREAM_START_KICK, normal, uniform
 from swarm_envs.simulation.scratch import Scratch
 from swarm_envs.simulation.state import StateArrays
-from swarm_envs.simulation.trigonometry import cos_sin, sinc
+from swarm_envs.simulation.trigonometry import cos_sin
 
 
 @compiled(forceinline=True, _nrt=False)
@@ -39,7 +42,7 @@ def give_commands(world: WorldArrays, state: StateArrays, w: int, commands: Floa
         if effects is None:
             latched[i, 0], latched[i, 1] = commands[i, 0], commands[i, 1]
             continue
-        lost = world.robots[i, p.COMMAND_LOSS]
+        lost = world.effects[i].command_loss
         if lost == 0.0 or uniform(state.keys[w], i, tick, STREAM_COMMAND_LOSS) >= lost:
             latched[i, 0] = commands[i, 0]
             latched[i, 1] = commands[i, 1]
@@ -77,8 +80,8 @@ def drive_ideally(world: WorldArrays, state: StateArrays, w: int, scratch: Scrat
         columns[m.COS, i], columns[m.SIN, i] = cos_sin(columns[m.COS, i])
     for i in range(robots):
         v, omega = latched[w, i, 0], latched[w, i, 1]
-        chord = v * sinc(0.5 * omega * world.tick)
-        desired[i, 0], desired[i, 1], desired[i, 2] = chord * columns[m.COS, i], chord * columns[m.SIN, i], omega
+        speed = chord_speed(v, 0.5 * omega * world.tick)
+        desired[i, 0], desired[i, 1], desired[i, 2] = speed * columns[m.COS, i], speed * columns[m.SIN, i], omega
         drive_velocity[w, i, 0], drive_velocity[w, i, 1] = v, omega
 
 
@@ -91,8 +94,8 @@ def drive_robot(
         v, omega = state.latched_commands[w, i, 0], state.latched_commands[w, i, 1]
         half_turn = 0.5 * omega * (end - begin) * world.tick
         c, s = cos_sin(state.poses[w, i, 2] + half_turn)
-        chord = v * sinc(half_turn)
-        desired[i, 0], desired[i, 1], desired[i, 2] = chord * c, chord * s, omega
+        speed = chord_speed(v, half_turn)
+        desired[i, 0], desired[i, 1], desired[i, 2] = speed * c, speed * s, omega
         state.drive_velocity[w, i, 0], state.drive_velocity[w, i, 1] = v, omega
     elif state.stalled[w, i]:
         desired[i, 0] = desired[i, 1] = desired[i, 2] = 0.0
@@ -104,12 +107,12 @@ def drive_robot(
 @compiled(_nrt=False)
 def drive_with_effects(world: WorldArrays, state: StateArrays, w: int, i: int, begin: float, end: float, desired: FloatArray) -> None:
     """Write robot ``i``'s mean velocity into its row of ``desired`` (R, 3) over [begin, end] of the tick, every effect included."""
-    robot = world.robots[i]
-    tick = state.ticks[w]
-    switch = share_of_switch(robot[p.DEAD_TIME], world.tick)
+    effects = world.effects[i]
+    tick, motors = state.ticks[w], state.drive_velocity[w, i]
+    late, switch = ticks_of_delay(effects, world.tick)
     heading = state.poses[w, i, 2]
     x = y = turn = 0.0
-    pieces = max(1, round((end - begin) * p.MICRO_STEPS)) if robot[p.MOTOR_LAG] > 0.0 else 1
+    pieces = max(1, round((end - begin) * p.MICRO_STEPS)) if effects.motor_lag > 0.0 else 1
     for k in range(pieces):
         piece_begin = begin + (end - begin) * k / pieces
         piece_end = begin + (end - begin) * (k + 1) / pieces
@@ -118,35 +121,24 @@ def drive_with_effects(world: WorldArrays, state: StateArrays, w: int, i: int, b
             # a delayed command switches inside the tick, at the same share of every tick
             until = switch if at < switch < piece_end else piece_end
             duration = (until - at) * world.tick
-            target_v, target_omega, kick = target(world, state, w, i, at >= switch, tick + at)
-            v = lagged(state.drive_velocity[w, i, 0], target_v, duration, robot[p.MOTOR_LAG])
-            omega = lagged(state.drive_velocity[w, i, 1], target_omega, duration, robot[p.MOTOR_LAG])
-            state.drive_velocity[w, i, 0] = settled(state.drive_velocity[w, i, 0], target_v, duration, robot[p.MOTOR_LAG])
-            state.drive_velocity[w, i, 1] = settled(state.drive_velocity[w, i, 1], target_omega, duration, robot[p.MOTOR_LAG])
-            half_turn = 0.5 * (omega + robot[p.TURN_BIAS] * v) * duration
+            given = tick - late - (0 if at >= switch else 1)
+            goal_v, goal_omega, kick = goal(world, state, w, i, given, tick + at)
+            chord, half_turn, motors[0], motors[1] = motion_toward(effects, goal_v, goal_omega, motors[0], motors[1], duration)
             direction = heading + turn + kick + half_turn
-            chord = v * sinc(half_turn) * duration
             x += chord * math.cos(direction)
             y += chord * math.sin(direction)
             turn += kick + 2.0 * half_turn
             if state.moving[w, i]:
-                x += robot[p.FLOOR_DRIFT_X] * duration
-                y += robot[p.FLOOR_DRIFT_Y] * duration
+                drift_x, drift_y = floor_drift(effects, duration)
+                x += drift_x
+                y += drift_y
             at = until
     span = (end - begin) * world.tick
     desired[i, 0], desired[i, 1], desired[i, 2] = x / span, y / span, turn / span
 
 
 @compiled(_nrt=False)
-def share_of_switch(dead_time: float, tick: float) -> float:
-    """Return the share of a tick after which a delayed command takes over, 0 when it does at the tick's start."""
-    late = dead_time / tick
-    share = late - math.floor(late)
-    return 0.0 if share < 1e-9 or share > 1.0 - 1e-9 else share
-
-
-@compiled(_nrt=False)
-def target(world: WorldArrays, state: StateArrays, w: int, i: int, switched: bool, now: float) -> tuple[float, float, float]:
+def goal(world: WorldArrays, state: StateArrays, w: int, i: int, given: int, now: float) -> tuple[float, float, float]:
     """Return what the motors are asked for, v in m/s and omega in rad/s, and the turn in rad of a start that happens now.
 
     Args:
@@ -154,61 +146,18 @@ def target(world: WorldArrays, state: StateArrays, w: int, i: int, switched: boo
         state: State; ``moving`` changes.
         w: Index of the world.
         i: Index of the robot.
-        switched: Whether the tick's own delayed command has taken over from the one before.
+        given: The tick whose command is in force.
         now: Time in ticks since the start.
     """
-    robot = world.robots[i]
-    age = math.floor(robot[p.DEAD_TIME] / world.tick + 1e-9)
-    given = state.ticks[w] - age - (0 if switched else 1)
+    effects, factors = world.effects[i], state.gains[w, i]
     v = omega = 0.0
     if given >= 0:
         v = state.command_history[w, i, given % world.history, 0]
         omega = state.command_history[w, i, given % world.history, 1]
-    v, omega = stand_below_deadband(v, omega, robot[p.DEADBAND], robot[p.WHEEL_BASE])
-    v *= max(0.0, 1.0 - robot[p.TURNING_SLOWS] * abs(omega))
-    drifted = max(0.0, 1.0 - robot[p.GAIN_DRIFT] * now * world.tick)
-    v *= robot[p.LINEAR_GAIN] * state.gains[w, i, 0] * drifted
-    omega *= robot[p.ANGULAR_GAIN] * state.gains[w, i, 1] * drifted
-    v, omega = clip_rims(v, omega, robot[p.SATURATION], robot[p.WHEEL_BASE])
+    v, omega = goal_velocity(effects, world.robots[i, p.WHEEL_BASE], factors[0], factors[1], v, omega, now, world.tick)
     kick = 0.0
-    moves = v != 0.0 or omega != 0.0
-    if moves and not state.moving[w, i] and (robot[p.START_KICK_MEAN] != 0.0 or robot[p.START_KICK_SD] != 0.0):
-        kick = robot[p.START_KICK_MEAN] + robot[p.START_KICK_SD] * normal(state.keys[w], i, state.ticks[w], STREAM_START_KICK)
+    moves = asks_to_move(v, omega)
+    if moves and not state.moving[w, i] and (effects.start_kick_mean != 0.0 or effects.start_kick_sd != 0.0):
+        kick = start_kick(effects, normal(state.keys[w], i, state.ticks[w], STREAM_START_KICK))
     state.moving[w, i] = np.uint8(moves)
     return v, omega, kick
-
-
-@compiled(_nrt=False)
-def stand_below_deadband(v: float, omega: float, threshold: float, wheel_base: float) -> tuple[float, float]:
-    """Stop each wheel whose rim is asked for less than ``threshold`` m/s."""
-    if threshold == 0.0:
-        return v, omega
-    left = v - 0.5 * wheel_base * omega
-    right = v + 0.5 * wheel_base * omega
-    left = 0.0 if abs(left) < threshold else left
-    right = 0.0 if abs(right) < threshold else right
-    return 0.5 * (left + right), (right - left) / wheel_base
-
-
-@compiled(_nrt=False)
-def clip_rims(v: float, omega: float, limit: float, wheel_base: float) -> tuple[float, float]:
-    """Clip the rim speed of each wheel to ``limit`` m/s."""
-    if limit == math.inf:
-        return v, omega
-    left = min(max(v - 0.5 * wheel_base * omega, -limit), limit)
-    right = min(max(v + 0.5 * wheel_base * omega, -limit), limit)
-    return 0.5 * (left + right), (right - left) / wheel_base
-
-
-@compiled(_nrt=False)
-def settled(now: float, goal: float, duration: float, time_constant: float) -> float:
-    """Return a first-order response's value after ``duration`` s."""
-    return goal if time_constant == 0.0 else goal + (now - goal) * math.exp(-duration / time_constant)
-
-
-@compiled(_nrt=False)
-def lagged(now: float, goal: float, duration: float, time_constant: float) -> float:
-    """Return a first-order response's mean over ``duration`` s."""
-    if time_constant == 0.0:
-        return goal
-    return goal + (now - goal) * time_constant / duration * (1.0 - math.exp(-duration / time_constant))

@@ -1,18 +1,22 @@
 """A world as the compiled code sees it: plain arrays, one row per robot, wall or object.
 
-The column constants below are the only place that knows the layout.
+The column constants below are the only place that knows the layout; effects are read by name, see
+:mod:`swarm_envs.simulation.effect_rows`.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from swarm_envs.worlds import WorldSpec
+from swarm_envs.simulation.effect_rows import effect_rows
+from swarm_envs.worlds import Effects, WorldSpec
+from swarm_envs.worlds.effects import ActsOn
 from swarm_envs.worlds.spec import Polygon, RobotModel
 
 FloatArray = npt.NDArray[np.float64]
@@ -26,33 +30,12 @@ FeatureFlag = bool | None
     MASS,
     STALL_HALF_ANGLE,
     WHEEL_BASE,
-    LINEAR_GAIN,
-    ANGULAR_GAIN,
-    TURN_BIAS,
-    DEAD_TIME,
-    MOTOR_LAG,
-    DEADBAND,
-    SATURATION,
-    COMMAND_LOSS,
-    GAIN_DRIFT,
-    FLOOR_DRIFT_X,
-    FLOOR_DRIFT_Y,
-    START_KICK_MEAN,
-    START_KICK_SD,
-    TURNING_SLOWS,
-    LINEAR_GAIN_SPREAD,
-    ANGULAR_GAIN_SPREAD,
-    MISSED,
-    MISSES_AT_FULL_RANGE,
-    MISSES_WHEN_TURNING,
-    MISSES_WHEN_DRIVING,
-    FALSE_DETECTIONS,
     SENSOR_DELAY_TICKS,
     NUM_SENSORS,
     INVERSE_MASS,
     ARM_OVER_INERTIA,  # contact radius over inertia: turn rate per tangential impulse
     TANGENT_MASS,  # kg that an impulse along the rim moves, spin included
-) = range(31)
+) = ROBOT_COLUMNS = range(10)
 
 # Columns of WorldArrays.sensors.
 BEARING, COS_HALF_ANGLE, SIN_HALF_ANGLE, HALF_ANGLE, SENSOR_RANGE, PERIOD_TICKS, OCCLUSION, SEES_OBJECTS, COS_BEARING, SIN_BEARING = range(
@@ -71,16 +54,6 @@ OBJECT_RADIUS, OBJECT_WIDTH, OBJECT_HEIGHT, OBJECT_FLOOR_FRICTION, OBJECT_OPAQUE
 MICRO_STEPS = 20
 """A tick is integrated in this many pieces when motors lag; a lattice that does not depend on the engine's substeps."""
 
-NEUTRAL_DRIVE = {
-    LINEAR_GAIN: 1.0, ANGULAR_GAIN: 1.0, TURN_BIAS: 0.0, DEAD_TIME: 0.0, MOTOR_LAG: 0.0, DEADBAND: 0.0, SATURATION: math.inf,
-    COMMAND_LOSS: 0.0, GAIN_DRIFT: 0.0, FLOOR_DRIFT_X: 0.0, FLOOR_DRIFT_Y: 0.0, START_KICK_MEAN: 0.0, START_KICK_SD: 0.0,
-    TURNING_SLOWS: 0.0, LINEAR_GAIN_SPREAD: 0.0, ANGULAR_GAIN_SPREAD: 0.0, STALL_HALF_ANGLE: 0.0,
-}  # fmt: skip
-NEUTRAL_SENSING = {
-    MISSED: 0.0, MISSES_AT_FULL_RANGE: 0.0, MISSES_WHEN_TURNING: 0.0, MISSES_WHEN_DRIVING: 0.0, FALSE_DETECTIONS: 0.0,
-    SENSOR_DELAY_TICKS: 0.0,
-}  # fmt: skip
-
 
 class WorldArrays(NamedTuple):
     """Read-only parameters of one world (R robots, S sensors, E walls, B objects)."""
@@ -88,7 +61,9 @@ class WorldArrays(NamedTuple):
     tick: float
     """Seconds from one command to the next."""
     robots: FloatArray
-    """(R, 31) robot parameters."""
+    """(R, 10) bodies and what follows from them."""
+    effects: Sequence[Effects]
+    """(R,) records of each robot's effects."""
     sensors: FloatArray
     """(R, S, 10) sensor parameters."""
     contact: FloatArray
@@ -116,6 +91,11 @@ class WorldArrays(NamedTuple):
 def compile_world(world: WorldSpec) -> WorldArrays:
     """Turn a spec into arrays."""
     robots = np.array([_robot_row(robot, world.tick) for robot in world.robots])
+    # a reading is late by whole ticks, by none where its delay is a smaller part of one
+    effects = [
+        dataclasses.replace(robot.effects, sensor_delay=world.tick * row[SENSOR_DELAY_TICKS])
+        for robot, row in zip(world.robots, robots, strict=True)
+    ]
     slots = world.num_sensors
     sensors = np.array([_sensor_rows(robot, slots, world.tick) for robot in world.robots]).reshape(len(robots), slots, 10)
     contact = np.array(dataclasses.astuple(world.contact))
@@ -125,57 +105,33 @@ def compile_world(world: WorldSpec) -> WorldArrays:
     return WorldArrays(
         tick=world.tick,
         robots=robots,
+        effects=effect_rows(effects, Effects),
         sensors=sensors,
         contact=contact,
         walls=_directed(np.concatenate(walls)),
         opaque=np.ascontiguousarray(np.concatenate(opaque)),
         objects=_object_rows(world),
-        ideal_drive=all(bool(np.all(robots[:, column] == value)) for column, value in NEUTRAL_DRIVE.items()),
-        ideal_sensing=all(bool(np.all(robots[:, column] == value)) for column, value in NEUTRAL_SENSING.items())
+        ideal_drive=all(each.neutral(ActsOn.DRIVE) for each in effects) and not np.any(robots[:, STALL_HALF_ANGLE]),
+        ideal_sensing=all(each.neutral(ActsOn.READING) for each in effects)
         and bool(np.all(sensors[:, :, PERIOD_TICKS] == 1))
         and not np.any(sensors[:, :, [OCCLUSION, SEES_OBJECTS]]),
         reach=_reach(world),
-        history=2 + math.ceil(float(robots[:, DEAD_TIME].max()) / world.tick),
+        history=2 + math.ceil(max(each.dead_time for each in effects) / world.tick),
         readings=1 + int(robots[:, SENSOR_DELAY_TICKS].max()),
         broadcast_range=0.0 if world.broadcast is None else world.broadcast.range,
     )
 
 
-def _robot_row(robot: RobotModel, tick: float) -> list[float]:
-    body, effects = robot.body, robot.effects
-    return [
-        body.contact_radius,
-        body.visible_radius,
-        body.mass,
-        body.wheel_stall_half_angle,
-        robot.drive.wheel_base,
-        effects.linear_gain,
-        effects.angular_gain,
-        effects.turn_bias,
-        effects.dead_time,
-        effects.motor_lag,
-        effects.deadband,
-        effects.saturation,
-        effects.command_loss,
-        effects.gain_drift,
-        effects.floor_drift_x,
-        effects.floor_drift_y,
-        effects.start_kick_mean,
-        effects.start_kick_sd,
-        effects.turning_slows,
-        effects.linear_gain_spread,
-        effects.angular_gain_spread,
-        effects.missed_detections,
-        effects.misses_at_full_range,
-        effects.misses_when_turning,
-        effects.misses_when_driving,
-        effects.false_detections,
-        round(effects.sensor_delay / tick),
-        len(robot.sensors),
-        1.0 / body.mass,
-        1.0 / (body.inertia_ratio * body.mass * body.contact_radius),
-        body.mass / (1.0 + 1.0 / body.inertia_ratio),
-    ]
+def _robot_row(robot: RobotModel, tick: float) -> FloatArray:
+    body = robot.body
+    row = np.zeros(len(ROBOT_COLUMNS))
+    row[RADIUS], row[VISIBLE_RADIUS], row[MASS] = body.contact_radius, body.visible_radius, body.mass
+    row[STALL_HALF_ANGLE], row[WHEEL_BASE] = body.wheel_stall_half_angle, robot.drive.wheel_base
+    row[SENSOR_DELAY_TICKS], row[NUM_SENSORS] = round(robot.effects.sensor_delay / tick), len(robot.sensors)
+    row[INVERSE_MASS] = 1.0 / body.mass
+    row[ARM_OVER_INERTIA] = 1.0 / (body.inertia_ratio * body.mass * body.contact_radius)
+    row[TANGENT_MASS] = body.mass / (1.0 + 1.0 / body.inertia_ratio)
+    return row
 
 
 def _sensor_rows(robot: RobotModel, count: int, tick: float) -> list[list[float]]:

@@ -17,6 +17,7 @@ from swarm_envs.simulation.grid import IntArray, bins, bounds
 from swarm_envs.simulation.parameters import FeatureFlag, FloatArray, WorldArrays
 from swarm_envs.simulation.randomness import STREAM_FALSE, STREAM_MISSED, uniform
 from swarm_envs.simulation.scratch import Scratch
+from swarm_envs.simulation.sensor_law import false_probability, meets_sector, miss_probability
 from swarm_envs.simulation.state import StateArrays
 from swarm_envs.simulation.trigonometry import cos_sin
 
@@ -65,27 +66,6 @@ def sense_ideally(world: WorldArrays, state: StateArrays, w: int, columns: Float
                 dx, dy = columns[m.X, j] - x, columns[m.Y, j] - y
                 seen += meets_sector(ax * dx + ay * dy, abs(ax * dy - ay * dx), cos_half, sin_half, reach, columns[m.EXTENT, j])
             detections[w, i, s] = seen > 0
-
-
-@compiled(forceinline=True, _nrt=False)
-def meets_sector(along: float, across: float, cos_half: float, sin_half: float, reach: float, radius: float) -> bool:
-    """Whether a disc meets a sensor's sector and has its centre in range.
-
-    Args:
-        along: Centre's coordinate along the sector's axis in m.
-        across: Absolute value of its coordinate across the axis in m.
-        cos_half: Cosine of the sector's half-angle.
-        sin_half: Sine of the sector's half-angle.
-        reach: Range in m.
-        radius: Of the disc in m.
-    """
-    # signed distance from the line of the edge ray, positive outside the sector: the disc is never nearer than that
-    outside = across * cos_half - along * sin_half
-    squared = along * along + across * across
-    # where the centre lies behind the edge ray's start: inside a sector wider than a half-plane, else only the apex can be met
-    ahead = along * cos_half + across * sin_half >= 0.0
-    behind = ((cos_half < 0.0) & (outside <= 0.0)) | (squared <= radius * radius)
-    return (outside <= radius) & (squared <= reach * reach) & (ahead | behind)
 
 
 @compiled(_nrt=False)
@@ -278,17 +258,12 @@ def read_sensors(world: WorldArrays, state: StateArrays, w: int, i: int, candida
 @compiled(_nrt=False)
 def reading(world: WorldArrays, state: StateArrays, w: int, i: int, s: int, nearest: float) -> bool:
     """Return what sensor ``s`` of robot ``i`` reports for the nearest distance in m, misses and false detections included."""
-    robot = world.robots[i]
+    effects = world.effects[i]
     if nearest == NOTHING:
-        false = robot[p.FALSE_DETECTIONS]
+        false = false_probability(effects)
         return bool(false > 0.0 and uniform(state.keys[w], i, state.ticks[w], STREAM_FALSE + s) < false)
     share = nearest / world.sensors[i, s, p.SENSOR_RANGE]
-    miss = (
-        robot[p.MISSED]
-        + robot[p.MISSES_AT_FULL_RANGE] * share * share
-        + robot[p.MISSES_WHEN_TURNING] * abs(state.drive_velocity[w, i, 1])
-        + robot[p.MISSES_WHEN_DRIVING] * abs(state.drive_velocity[w, i, 0])
-    )
+    miss = miss_probability(effects, share, state.drive_velocity[w, i, 0], state.drive_velocity[w, i, 1])
     return bool(miss <= 0.0 or uniform(state.keys[w], i, state.ticks[w], STREAM_MISSED + s) >= miss)
 
 

@@ -8,7 +8,6 @@ import numpy as np
 import numpy.typing as npt
 
 from swarm_envs.compiled import compiled
-from swarm_envs.simulation import parameters as p
 from swarm_envs.simulation.parameters import FloatArray, WorldArrays
 from swarm_envs.simulation.randomness import STREAM_GAINS, STREAM_START_HEADING, STREAM_START_POINT, normal, uniform
 from swarm_envs.simulation.scratch import IntArray
@@ -52,8 +51,8 @@ def draw_starts(world: WorldArrays, state: StateArrays, worlds: IntArray, points
             state.poses[w, i, 0] = points[order[i], 0]
             state.poses[w, i, 1] = points[order[i], 1]
             state.poses[w, i, 2] = 2.0 * math.pi * uniform(key, i, 0, STREAM_START_HEADING)
-            state.gains[w, i, 0] = 1.0 + world.robots[i, p.LINEAR_GAIN_SPREAD] * normal(key, i, 0, STREAM_GAINS)
-            state.gains[w, i, 1] = 1.0 + world.robots[i, p.ANGULAR_GAIN_SPREAD] * normal(key, i, 1, STREAM_GAINS)
+            state.gains[w, i, 0] = 1.0 + world.effects[i].linear_gain_spread * normal(key, i, 0, STREAM_GAINS)
+            state.gains[w, i, 1] = 1.0 + world.effects[i].angular_gain_spread * normal(key, i, 1, STREAM_GAINS)
 
 
 def object_starts(world: WorldSpec) -> FloatArray:

@@ -28,7 +28,7 @@ class Provenance:
     """What a reader should know beside it, such as a value that another source gives."""
 
 
-def quantity(unit: str, default: Any = dataclasses.MISSING, *, low: float = -math.inf, high: float = math.inf) -> Any:
+def quantity(unit: str, default: Any = dataclasses.MISSING, *, low: float = -math.inf, high: float = math.inf, **more: Any) -> Any:
     """Declare a dataclass field that holds a number (or a nested tuple of numbers) in ``unit``.
 
     Args:
@@ -36,8 +36,9 @@ def quantity(unit: str, default: Any = dataclasses.MISSING, *, low: float = -mat
         default: The field's default; without it the field is required.
         low: Smallest value allowed, inclusive.
         high: Largest value allowed, inclusive.
+        **more: What else the field's metadata tells.
     """
-    return dataclasses.field(default=default, metadata={"unit": unit, "low": low, "high": high})
+    return dataclasses.field(default=default, metadata={"unit": unit, "low": low, "high": high} | more)
 
 
 LEAF_KEYS = {"value", "unit", "source", "note"}

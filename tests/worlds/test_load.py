@@ -157,3 +157,9 @@ def test_the_robot_file_serves_firmware_and_cad_without_units() -> None:
     robot = load_robot_file("hero_plus")
     assert robot["parts"]["encoder_ticks"] == 96
     assert robot["drive"]["wheel_base"] == 0.063
+
+
+def test_a_gain_has_room_for_commands_in_a_drivers_own_units() -> None:
+    text = MINIMAL + "effects: {angular_gain: 97.0, linear_gain: 600.0}\n"
+    effects = world_from_text(text).robots[0].effects
+    assert (effects.angular_gain, effects.linear_gain) == (97.0, 600.0)
