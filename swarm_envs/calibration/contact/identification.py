@@ -43,7 +43,7 @@ class ContactEffect:
     unit: str
     grid: tuple[float, ...]
     """Where to search first; for the radius as shares of the world's."""
-    smallest: float
+    minimum_effect: float
     """Departure that is too small to matter."""
     sentence: str
 
@@ -230,7 +230,7 @@ class _Search:
             progress("contact: " + ", ".join(f"{EFFECTS[i].name} {gain:.1f}" for gain, i, _ in trials))
             rejected = tuple((EFFECTS[i].name, self.p_value(gain)) for gain, i, _ in trials)
             gain, index, numbers = trials[0]
-            large = abs(numbers[index] - self.base[index]) > EFFECTS[index].smallest
+            large = abs(numbers[index] - self.base[index]) > EFFECTS[index].minimum_effect
             if self.p_value(gain) > SIGNIFICANT or not large:
                 break
             held_out = self.heldout(index, numbers)
@@ -300,7 +300,7 @@ class _Search:
             return best - self.log_likelihood(numbers)
 
         reach = 0.1 * value if index == RADIUS else max(0.2, 0.7 * value)
-        blur = 0.2 * effect.smallest
+        blur = 0.2 * effect.minimum_effect
         interval = (max(0.0, edge(drop, value, max(0.0, value - reach)) - blur), edge(drop, value, value + reach) + blur)
         number = Estimate(value, interval, effect.unit)
         return Cause(effect.name, {effect.parameter: number}, gain, p, effect.sentence.format(**{effect.parameter: value}))

@@ -31,7 +31,7 @@ class Parameter:
     """Largest value searched."""
     step: float
     """Difference over which slopes are taken."""
-    smallest: float = 0.0
+    minimum_effect: float = 0.0
     """Departure from the present value that is too small to matter for what a robot does, and that simulations of different time
     steps already differ by: an effect of less is not named, and no interval is narrower than a tenth of it."""
 
@@ -55,7 +55,7 @@ class Candidate:
     """Whether the likelihood has slopes; else ``starts`` is the whole search."""
     world: bool = True
     """Whether it belongs into the world, and not to the measurement."""
-    twins: tuple[str, ...] = field(default=())
+    confounded_with: tuple[str, ...] = field(default=())
     """Effects that no such log can tell from this one."""
 
 
@@ -107,7 +107,7 @@ DRIVE_CANDIDATES: tuple[Candidate, ...] = (
     ),
     Candidate(
         "dead_time", (Parameter("delay", "dead_time", "s", 0.0, 2.0, 1e-3, 0.005),),
-        "Commands act {delay:.3g} s late.", _fixed((0.03,), (0.1,), (0.2,), (0.35,), (0.6,)), twins=("clock_offset",),
+        "Commands act {delay:.3g} s late.", _fixed((0.03,), (0.1,), (0.2,), (0.35,), (0.6,)), confounded_with=("clock_offset",),
     ),
     Candidate(
         "motor_lag", (Parameter("time_constant", "motor_lag", "s", 1e-3, 5.0, 1e-3, 0.01),),
@@ -151,7 +151,7 @@ DRIVE_CANDIDATES: tuple[Candidate, ...] = (
     Candidate(
         "clock_offset", (Parameter("offset", "dead_time", "s", -2.0, 0.0, 1e-3, 0.005),),
         "Poses carry times that are {offset:.3g} s off the commands'.", _fixed((-0.03,), (-0.1,), (-0.2,), (-0.35,)), world=False,
-        twins=("dead_time",),
+        confounded_with=("dead_time",),
     ),
 )  # fmt: skip
 """Effects of the drive, simplest first. ``robot_spread`` has a likelihood of its own, in :mod:`identification`."""

@@ -141,7 +141,7 @@ class Search:
         """Fit every candidate that is not in yet, the best first."""
         scanned: list[tuple[float, Candidate, Model]] = []
         for candidate in DRIVE_CANDIDATES:
-            if candidate.name in self.named or any(twin in self.named for twin in candidate.twins):
+            if candidate.name in self.named or any(other in self.named for other in candidate.confounded_with):
                 continue
             model, likelihood = self.scan(candidate)
             scanned.append((likelihood - self.fit.log_likelihood, candidate, model))
@@ -262,7 +262,8 @@ class Search:
             return bool(np.abs(trial.model.gains - 1.0).max() > 0.01)
         before, after = self.fit.model.parameters, trial.model.parameters
         return any(
-            not abs(after[p.index] - before[p.index]) < p.smallest * max(1.0, abs(before[p.index]) if np.isfinite(before[p.index]) else 1.0)
+            not abs(after[p.index] - before[p.index])
+            < p.minimum_effect * max(1.0, abs(before[p.index]) if np.isfinite(before[p.index]) else 1.0)
             for p in BY_NAME[trial.name].parameters
         )
 
@@ -291,7 +292,7 @@ class Search:
             candidate = BY_NAME[name]
             neutral = [float(self.base[p.index]) for p in candidate.parameters]
             others = [other for other in self.named if other != name]
-            idle = all(abs(self.fit.model.parameters[p.index] - self.base[p.index]) < p.smallest for p in candidate.parameters)
+            idle = all(abs(self.fit.model.parameters[p.index] - self.base[p.index]) < p.minimum_effect for p in candidate.parameters)
             if name == self.named[-1] and not idle:
                 continue
             without = self.climb(self.fit.model.with_values(candidate.parameters, neutral), others, self.data)
@@ -306,8 +307,8 @@ class Search:
         """Say what was found."""
         if "robot_spread" in self.named:
             self.level_gains()
-        twins = [(name, *BY_NAME[name].twins) for name in self.named if name in BY_NAME and BY_NAME[name].twins]
-        groups = [*self.groups, *twins]
+        confounded = [(name, *BY_NAME[name].confounded_with) for name in self.named if name in BY_NAME and BY_NAME[name].confounded_with]
+        groups = [*self.groups, *confounded]
         if self.named:
             self.parts = self.leave_out()
             self.coarse = self.climb(self.fit.model, self.named, self.data.thinned(), 6).model
@@ -355,7 +356,7 @@ class Search:
             elif place is None:
                 found[parameter.name] = Estimate(value, self.profile(candidate, parameter, value), parameter.unit)
             else:
-                blur = (0.05 * parameter.smallest) ** 2
+                blur = (0.05 * parameter.minimum_effect) ** 2
                 half = 1.96 * float(np.sqrt(max(covariance[place, place], robust[place], self.unsteadiness(parameter)) + blur))
                 found[parameter.name] = Estimate(
                     value, (max(parameter.low, value - half), min(parameter.high, value + half)), parameter.unit
@@ -397,7 +398,7 @@ class Search:
             left = about[column] + other
             ratio = count * float(factors[:, column].mean()) ** 2 / max(left / (2 * count - 1), 1e-12)
             p = min(1.0, 2.0 * float(f_distribution.sf(ratio, 1, 2 * count - 1)))
-            if name in self.named or (p < SIGNIFICANT and abs(factors[:, column].mean()) > BY_NAME[name].parameters[0].smallest):
+            if name in self.named or (p < SIGNIFICANT and abs(factors[:, column].mean()) > BY_NAME[name].parameters[0].minimum_effect):
                 if name not in self.named:
                     self.named.append(name)
                     self.records[name] = (0.5 * (2 * count) * float(np.log1p(ratio / (2 * count - 1))), p)

@@ -48,7 +48,7 @@ class SensorEffect:
     unit: str
     low: float
     high: float
-    smallest: float
+    minimum_effect: float
     """Departure that is too small to matter, or to be told from the poses' errors."""
     sentence: str
 
@@ -282,7 +282,7 @@ class _Search:
 
     def matters(self, index: int, numbers: FloatArray) -> bool:
         """Whether an effect departs from the world by more than what poses and readings could feign."""
-        return bool(abs(numbers[index] - self.base[index]) > EFFECTS[index].smallest)
+        return bool(abs(numbers[index] - self.base[index]) > EFFECTS[index].minimum_effect)
 
     def drop_idle(self, here: float) -> float:
         """Take out effects that a later one has made unnecessary; returns the log-likelihood."""
@@ -379,8 +379,8 @@ class _Search:
             return best - self.log_likelihood(numbers)
 
         reach = max(0.5 * abs(value), 0.2)
-        low = edge(drop, value, max(effect.low, value - reach)) - 0.1 * effect.smallest
-        high = edge(drop, value, min(effect.high, value + reach)) + 0.1 * effect.smallest
+        low = edge(drop, value, max(effect.low, value - reach)) - 0.1 * effect.minimum_effect
+        high = edge(drop, value, min(effect.high, value + reach)) + 0.1 * effect.minimum_effect
         if index == DELAY:
             low, high = low - 0.5 * GRID, high + 0.5 * GRID
         shift = self.bearing if index == YAW else 0.0
