@@ -38,6 +38,8 @@ class AnnotationPage:
         self.ended = asyncio.Event()
         """Set when everything is answered; whoever wants to stop sets it, too."""
         self._runner: web.AppRunner | None = None
+        self._prepared: dict[int, asyncio.Future[dict[str, Any]]] = {}
+        """Clips of the question asked and of the next one, by number, simulated while the person looks."""
 
     async def open(self, port: int) -> str:
         """Begin to serve; returns the address.
@@ -91,9 +93,18 @@ class AnnotationPage:
         }  # fmt: skip
         if number >= self.wanted:
             return web.json_response(asked | {"rollouts": []})
+        return web.json_response(asked | await self._prepare(number))
+
+    def _prepare(self, number: int) -> asyncio.Future[dict[str, Any]]:
+        """Return the clips of a question that is asked now, and begin with those of the one after it; others are forgotten."""
+        loop, wanted = asyncio.get_running_loop(), [each for each in (number, number + 1) if each < self.wanted]
+        self._prepared = {each: self._prepared.get(each) or loop.run_in_executor(None, self._simulate, each) for each in wanted}
+        return self._prepared[number]
+
+    def _simulate(self, number: int) -> dict[str, Any]:
+        """Simulate and pack the clips of a question."""
         rollouts = [self.clips.rollout(row) for row in question(self.answers.kind, len(self.clips), number, self.seed)]
-        packed = [pack_rollout(rollout, EVERY) for rollout in rollouts]
-        return web.json_response(asked | {"scene": describe_scene(rollouts[0], EVERY), "rollouts": packed})
+        return {"scene": describe_scene(rollouts[0], EVERY), "rollouts": [pack_rollout(rollout, EVERY) for rollout in rollouts]}
 
     async def _answer(self, request: web.Request) -> web.Response:
         try:

@@ -23,6 +23,7 @@ def rollouts(
     controllers: npt.ArrayLike,
     *,
     seed: int = 0,
+    first: int = 0,
     steps: int = 600,
     robots: int | None = None,
     initial_poses: npt.ArrayLike | None = None,
@@ -38,7 +39,8 @@ def rollouts(
             rad/s: (v0, omega0) without a detection, (v1, omega1) with one (paper, Kinematics and Controllers). With K readings a
             robot, 2 * 2^K numbers: one pair for each pattern of readings, the first sensor counting 1. In a world with a broadcast a
             robot sends whether its sensors report something, and whether it hears another is its last reading.
-        seed: World i draws its start and every effect from (seed, i).
+        seed: World i draws its start and every effect from (seed, first + i).
+        first: Number of the first world; with it, world ``first`` of an earlier call is repeated alone, to the last bit.
         steps: Ticks to run.
         robots: Number of robots instead of the world's own.
         initial_poses: (W, R, 3) x, y in m and heading in rad instead of drawn starts.
@@ -56,8 +58,8 @@ def rollouts(
     spec = load_world(world, num_robots=robots)
     array = check_controllers(spec, controllers)
     chosen = check_engine(spec, engine or ("chipmunk" if spec.objects else "disc"))
-    if steps < 0 or record_every < 1:
-        raise WorldError(f"rollouts: steps is {steps} and record_every {record_every}, expected at least 0 and 1")
+    if steps < 0 or record_every < 1 or first < 0:
+        raise WorldError(f"rollouts: steps is {steps}, record_every {record_every} and first {first}, expected at least 0, 1 and 0")
     count, frames = len(array), steps // record_every + 1
     poses = np.empty((count, frames, spec.num_robots, 3))
     detections = np.zeros((count, frames, spec.num_robots, spec.num_readings), np.uint8)
@@ -67,10 +69,10 @@ def rollouts(
     if starts is not None and starts.shape != (count, spec.num_robots, 3):
         raise WorldError(f"initial_poses: shape is {starts.shape}, expected {(count, spec.num_robots, 3)} (worlds, robots, x y heading)")
 
-    def run(first: int) -> None:
-        part = slice(first, min(first + CHUNK, count))
-        simulation = Simulation(spec, part.stop - first, chosen)
-        simulation.reset(seed, first=first, initial_poses=None if starts is None else starts[part])
+    def run(begin: int) -> None:
+        part = slice(begin, min(begin + CHUNK, count))
+        simulation = Simulation(spec, part.stop - part.start, chosen)
+        simulation.reset(seed, first=first + begin, initial_poses=None if starts is None else starts[part])
         if objects is None:
             simulation.run(array[part], steps, record_every, poses[part], detections[part], commands[part])
             return

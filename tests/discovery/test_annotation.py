@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import os
 import re
@@ -17,15 +18,21 @@ from typing import Any
 import numpy as np
 import pytest
 
-from discovery.annotation.answers import KINDS, open_answers, question, read_labels
+from discovery.annotation.answers import KINDS, Answers, open_answers, question, read_labels
+from discovery.annotation.clips import DatasetClips
 from discovery.command import CONFIGS, Opened, run
+from discovery.controllers import random_controllers
 from discovery.errors import DiscoveryError
 from discovery.representations.judgements import read_judgements
+from discovery.rollouts.simulator import Simulator
 from discovery.runs.run_folder import open_folder
+from swarm_envs.simulation import Trajectories
+from swarm_envs.worlds import load_world
 from tests.browser import headless_chromium
 from tests.discovery.tiny_run import tiny
 
 pytest.importorskip("aiohttp", reason="aiohttp is absent: pip install swarm-envs[deployment]")
+from discovery.annotation.server import AnnotationPage
 
 
 @pytest.fixture(scope="module")
@@ -100,6 +107,66 @@ def test_triples_are_judged_by_mouse_and_keys_taken_back_and_gone_on_with(folder
     assert found.annotators == ("Ada",)
     logs = [entry for entry in browser.get_log("browser") if "favicon" not in entry["message"]]
     assert not logs, logs
+
+
+def test_keys_pressed_while_an_answer_is_on_its_way_are_kept(folder: Path, tmp_path: Path, browser: Any) -> None:
+    path = tmp_path / "answers.json"
+    with page(browser, "triples", str(folder), "--out", str(path), "--wanted", "5"):
+        wait_for(browser, "0 of 5 answered")
+        # the page's own requests are held up: every key comes before the answer to the first has arrived
+        browser.execute_script("const fetched = window.fetch; window.fetch = async (...a) => { await new Promise(d => setTimeout(d, 300)); "
+                               "return fetched(...a); };")  # fmt: skip
+        for key in ("1", "2", "x", "0", "1"):
+            press(browser, key)
+        wait_for(browser, "4 of 5 answered")
+    assert [entry["answer"] for entry in json.loads(path.read_text())["answers"]] == ["first", "second", "unsure", "first"]
+
+
+class SlowClips:
+    """Clips that take time, and tell which rows were asked for."""
+
+    fingerprint = "slow"
+
+    def __init__(self, world: str) -> None:
+        self.simulator = Simulator(load_world(world), "disc", 4, 1)
+        self.asked: list[int] = []
+
+    def __len__(self) -> int:
+        return 9
+
+    def rollout(self, row: int) -> Trajectories:
+        self.asked.append(row)
+        time.sleep(0.1)
+        return self.simulator.again(np.zeros(4), 0, row)
+
+
+def test_the_next_question_is_prepared_while_this_one_is_looked_at(tmp_path: Path) -> None:
+    clips = SlowClips("hero_plus")
+    asking = AnnotationPage(clips, Answers(tmp_path / "answers.json", "triples", "slow", "Ada"), 2, 0)
+
+    async def look() -> None:
+        assert len((await asking._prepare(0))["rollouts"]) == 3
+        deadline = time.monotonic() + 60
+        while len(clips.asked) < 6 and time.monotonic() < deadline:
+            await asyncio.sleep(0.05)  # looking, and asking for nothing
+        assert len((await asking._prepare(1))["rollouts"]) == 3
+
+    asyncio.run(look())
+    assert sorted(clips.asked) == sorted(question("triples", 9, 0, 0) + question("triples", 9, 1, 0)), "simulated once each"
+
+
+def test_a_clip_is_simulated_alone_and_is_that_of_its_batch() -> None:
+    world, batch = load_world("hero_plus"), 70
+    for engine in ("chipmunk", "disc"):
+        simulator = Simulator(world, engine, 20, 1)
+        controllers = random_controllers(world, batch, np.random.default_rng(0))
+        together = simulator(controllers, 5)
+        clips = DatasetClips(simulator, 3, batch, controllers, "x")
+        for row in (0, 1, 69):
+            alone = simulator.again(controllers[row], 5, row)
+            assert len(alone) == 1
+            assert np.array_equal(alone.poses[0], together.poses[row])
+        assert len(clips.rollout(69)) == 1
 
 
 def test_a_persons_triples_teach_a_representation(folder: Path, tmp_path: Path) -> None:
