@@ -25,6 +25,7 @@ from discovery.errors import DiscoveryError
 from discovery.runs.run_folder import RunFolder, make_folder, open_folder, refuse_finished
 from discovery.settings import Settings, read_settings, setting_names
 from discovery.tracking import check_tracker
+from swarm_envs.simulation import announce_engine
 from swarm_envs.worlds import WorldError, load_world
 
 CONFIGS = Path(__file__).parent.parent / "configs"
@@ -94,6 +95,7 @@ def run(settings: Settings, given: bool, opened: Opened) -> Path:
     with folder:
         refuse_finished(folder)
         opened.folder = folder
+        announce_engine(folder.settings.world, folder.settings.engine)
         from discovery.pipeline import discover  # torch takes seconds to import: mistakes are told before
 
         report = discover(folder)

@@ -1,8 +1,8 @@
-"""``@compiled``: numba with a cache that cannot be stale.
+"""``@compiled``: numba with a cache that cannot be stale, and a line that says when it compiles.
 
 numba caches a function by its own file's date and does not notice when a function that it calls has changed in another file.
-Here the cache's folder is named after the contents of the sources that a function may call: those of its own folder and of the
-simulation. Any edit or upgrade of them compiles anew.
+Here the cache's folder is named after the contents of the sources that a function may call: those of the simulation and of its own room,
+the folder of the package that it lies in, with all folders inside. Any edit or upgrade of them compiles again.
 """
 
 from __future__ import annotations
@@ -20,10 +20,22 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
+from numba.core import event
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-SIMULATION = Path(__file__).parent / "simulation"
+PACKAGE = Path(__file__).parent
+SIMULATION = PACKAGE / "simulation"
+ENGINE_SECONDS = 20
+"""How many seconds the compilation of an engine may take."""
+FIRST_USE = {
+    SIMULATION: f"first use: what is run is compiled before, up to {ENGINE_SECONDS} seconds for an engine, once",
+    PACKAGE: "compiling metrics and behaviours on first use; up to 10 seconds, once",
+    PACKAGE / "calibration": "compiling the calibration's filter on first use; up to 20 seconds, once",
+    PACKAGE / "envs": "compiling the tasks' rewards on first use; up to 10 seconds, once",
+    PACKAGE / "rendering": "compiling rendering on first use; up to 10 seconds, once",
+}
+"""What is said when the first function of a room is compiled. Of the simulation that is when it is imported, before anything slow."""
 UNUSED_DAYS = 14
 """Caches that no process opened for so long are removed; another version in use beside this one keeps its own."""
 
@@ -39,7 +51,7 @@ def compiled(*signature: str, **options: Any) -> Callable[[F], F]:
     """
 
     def decorate(function: F) -> F:
-        with caching_in(cache_folder(Path(function.__code__.co_filename).parent)):
+        with caching_in(cache_folder(room_of(Path(function.__code__.co_filename)))):
             return numba.njit(*signature, cache=True, nogil=True, **{"_nrt": True} | options)(function)  # type: ignore[no-any-return]
 
     return decorate
@@ -56,14 +68,31 @@ def caching_in(folder: Path) -> Iterator[None]:
         numba.config.CACHE_DIR = before
 
 
+def room_of(source: Path) -> Path:
+    """Return the room of a source file: the folder of this package that holds it, however deep; the package for a file beside them.
+
+    The room of a file outside the package is its own folder.
+    """
+    if not source.is_relative_to(PACKAGE):
+        return source.parent
+    inside = source.relative_to(PACKAGE).parts
+    return PACKAGE / inside[0] if len(inside) > 1 else PACKAGE
+
+
+def sources(room: Path) -> list[Path]:
+    """Return the files that functions of a room may be compiled from: the simulation's and the room's, in a fixed order."""
+    own = room.glob("*.py") if room == PACKAGE else room.rglob("*.py")
+    return list(dict.fromkeys([*sorted(SIMULATION.rglob("*.py")), *sorted(own)]))
+
+
 @cache
-def cache_folder(package: Path = SIMULATION) -> Path:
-    """Return the folder of compiled code for the present sources of a package folder and the simulation, and this numba.
+def cache_folder(room: Path = SIMULATION) -> Path:
+    """Return the folder of compiled code for the present sources of a room and the simulation, and this numba.
 
     It is ``swarm_envs`` in the user's cache folder (or in ``NUMBA_CACHE_DIR``), else in the temporary folder.
     """
     digest = hashlib.sha256(f"{numba.__version__} {sys.version}".encode())
-    for source in [*sorted(SIMULATION.glob("*.py")), *sorted(package.glob("*.py"))]:
+    for source in sources(room):
         digest.update(source.read_bytes())
     name = digest.hexdigest()[:16]
     base = os.environ.get("NUMBA_CACHE_DIR") or os.path.join(os.environ.get("XDG_CACHE_HOME") or "~/.cache", "swarm_envs")
@@ -80,13 +109,29 @@ def cache_folder(package: Path = SIMULATION) -> Path:
     return Path(tempfile.mkdtemp(prefix="swarm_envs_"))
 
 
-def announce_compilation(engine: str, *asked: bool | None) -> None:
-    """Say in one line, once per state of the sources, that the first use of an engine compiles it, with what is asked for."""
-    marker = cache_folder() / "-".join(["announced", engine, *("with" if each else "without" for each in asked)])
-    if not marker.exists():
-        print(f"swarm_envs: compiling the {engine} engine on first use; up to twenty seconds, once", file=sys.stderr, flush=True)
+def announce(line: str, room: Path = SIMULATION) -> None:
+    """Write a line to stderr, once for each state of a room's sources."""
+    marker = cache_folder(room) / f"announced-{hashlib.sha256(line.encode()).hexdigest()[:8]}"
+    with suppress(FileExistsError):
         marker.parent.mkdir(parents=True, exist_ok=True)
-        marker.touch()
+        marker.touch(exist_ok=False)  # of several threads or processes one speaks
+        print(f"swarm_envs: {line}", file=sys.stderr, flush=True)
+
+
+class _Announcer(event.Listener):  # type: ignore[misc]  # numba carries no types
+    """Announces a room when its first function is compiled; one that comes from the cache is not."""
+
+    def on_start(self, event: Any) -> None:
+        """Told by numba before it compiles."""
+        room = room_of(Path(event.data["dispatcher"].py_func.__code__.co_filename))
+        if room in FIRST_USE:
+            announce(FIRST_USE[room], room)
+
+    def on_end(self, event: Any) -> None:
+        """Told by numba after it has compiled."""
+
+
+event.register("numba:compile", _Announcer())
 
 
 def _forget_unused(root: Path) -> None:

@@ -9,10 +9,10 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from swarm_envs.compiled import announce_compilation
+from swarm_envs.compiled import ENGINE_SECONDS, announce
 from swarm_envs.simulation import disc
 from swarm_envs.simulation.chipmunk import SpaceArrays, Spaces
-from swarm_envs.simulation.parameters import FloatArray, compile_world
+from swarm_envs.simulation.parameters import FeatureFlag, FloatArray, compile_world
 from swarm_envs.simulation.randomness import world_keys
 from swarm_envs.simulation.start import check_start, object_starts, start_worlds
 from swarm_envs.simulation.state import StateArrays, empty_state
@@ -45,7 +45,7 @@ class Simulation:
         self.num_worlds = num_worlds
         self._parameters = compile_world(self.world)
         self._feature_flags = feature_flags(self._parameters)
-        announce_compilation(self.engine, *self._feature_flags)
+        _announce(self.engine, *self._feature_flags)
         self._state = empty_state(self._parameters, num_worlds)
         self._points = start_points(self.world)
         self._objects = object_starts(self.world)
@@ -200,3 +200,24 @@ def check_engine(world: WorldSpec, engine: str) -> Engine:
             raise WorldError(f"{world.name}: engine 'disc' cannot push objects, the world has {len(world.objects)}; use engine='chipmunk'")
         return "disc"
     raise WorldError(f"engine is {engine!r}, expected one of {', '.join(ENGINES)}")
+
+
+def announce_engine(world: str | Path | WorldSpec, engine: str) -> None:
+    """Say in one line on stderr, once per state of the sources, that an engine will be compiled for a world.
+
+    Every :class:`Simulation` says so itself. This is for programs that have something slow to do before they make one.
+
+    Args:
+        world: A world's name, file or spec.
+        engine: ``chipmunk`` or ``disc``.
+
+    Raises:
+        WorldError: For an unknown world or engine, or a world that the engine cannot represent.
+    """
+    spec = load_world(world)
+    _announce(check_engine(spec, engine), *feature_flags(compile_world(spec)))
+
+
+def _announce(engine: Engine, effects: FeatureFlag, grid: FeatureFlag) -> None:
+    variant = f"{' with effects' if effects else ''}{' for large swarms' if grid else ''}"
+    announce(f"compiling the {engine} engine{variant} on first use; up to {ENGINE_SECONDS} seconds, once")
