@@ -6,17 +6,21 @@ BIN := $(VENV)/bin
 ARGS ?=
 # Libraries of docs/guides that take other versions of packages than $(VENV) has: only what differs is installed, and found first.
 GUIDES := $(VENV)/guides/benchmarl/installed $(VENV)/guides/rllib/installed
+# Packages of docs/studies: make study-NAME, with the study's own arguments in ARGS
+STUDIES := discovery_of_behaviours calibration calibration_of_real_robots wall_following_and_milling task_rewards
 
-.PHONY: help discover test guide-packages lint format bench study-walls paper-study calibration-study firmware firmware-test firmware-fuzz hardware docs clean
+.PHONY: help discover test guide-packages lint format bench $(STUDIES:%=study-%) paper-study calibration-study study-walls firmware firmware-test firmware-fuzz hardware docs clean
 
 help:
 	@echo "make discover   from nothing to a report of ten discovered behaviours (ARGS=\"experiment=paper seed=3\")"
 	@echo "make test       ruff, mypy and the tests"
 	@echo "make guide-packages  what the guide to BenchMARL and RLlib is tested with; make test does it too"
 	@echo "make bench      speed of simulation and discovery, with tables"
-	@echo "make study-walls  how often walls are followed and swarms mill, by world (docs/studies)"
-	@echo "make paper-study  the paper's figures and tables, and what is better; hours, resumable (ARGS=\"--size paper --seeds 3\")"
-	@echo "make calibration-study  how often hidden effects are found; hours (docs/studies)"
+	@echo "make study-discovery_of_behaviours     the paper's figures and tables, and what is better; hours, resumable (ARGS=\"--size paper\")"
+	@echo "make study-calibration                 how often hidden effects are found; hours, resumable"
+	@echo "make study-calibration_of_real_robots  what the simulation gets wrong about three real robots (ARGS=folder-with-their-logs)"
+	@echo "make study-wall_following_and_milling  how often walls are followed and swarms mill, by world; minutes"
+	@echo "make study-task_rewards                what each task pays its own behaviour, and random controllers; a minute"
 	@echo "make firmware   size of the robot's code on its processors; firmware-test and firmware-fuzz try it there"
 	@echo "make hardware   parts and assembly of the robot as STEP and STL, checked and drawn"
 	@echo "make docs       the site, into docs/_build/html (needs node and npm)"
@@ -46,14 +50,17 @@ bench: $(VENV)/installed-dev
 	@$(BIN)/python -m tests.bench.simulation
 	@$(BIN)/python -m tests.bench.discovery
 
-study-walls: $(VENV)/installed-dev
-	@$(BIN)/python docs/studies/wall_following_and_milling.py
+$(STUDIES:%=study-%): study-%: $(VENV)/installed-dev
+	@$(BIN)/python -m docs.studies.$* $(ARGS)
 
-paper-study: $(VENV)/installed-discovery
-	@$(BIN)/python -m discovery.evaluation study $(ARGS)
+paper-study: study-discovery_of_behaviours
+	@echo "make paper-study is now make study-discovery_of_behaviours" >&2
 
-calibration-study: $(VENV)/installed-dev
-	@$(BIN)/python -m tests.calibration.study --seed 67 --singles 100 --pairs 100 --nulls 100 --unlisted 45 --out build/calibration-study --page docs/studies/calibration_study.md
+calibration-study: study-calibration
+	@echo "make calibration-study is now make study-calibration" >&2
+
+study-walls: study-wall_following_and_milling
+	@echo "make study-walls is now make study-wall_following_and_milling" >&2
 
 firmware: $(VENV)/installed-dev
 	$(BIN)/python -m hero_robot.firmware.build --sizes

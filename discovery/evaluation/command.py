@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from discovery.errors import DiscoveryError
-from discovery.evaluation.study.command import add_study, run_study
 from swarm_envs.cores import available_cores
 from swarm_envs.worlds import WorldError
 
@@ -19,13 +19,16 @@ if TYPE_CHECKING:
     from discovery.saved_run import Run
 
 
+STUDY = "make study-discovery_of_behaviours, or python -m docs.studies.discovery_of_behaviours, in a checkout of the repository"
+"""What runs the study, which this command ran until version 0.1."""
+
+
 def parser() -> argparse.ArgumentParser:
     """Return the command's arguments."""
     top = argparse.ArgumentParser(prog="python -m discovery.evaluation", description=__doc__)
     kinds = top.add_subparsers(dest="kind", required=True)
-    computing = argparse.ArgumentParser(add_help=False)
-    computing.add_argument("--threads", type=int, default=available_cores(), help="cores to use (default: all)")
-    shared = argparse.ArgumentParser(add_help=False, parents=[computing])
+    shared = argparse.ArgumentParser(add_help=False)
+    shared.add_argument("--threads", type=int, default=available_cores(), help="cores to use (default: all)")
     shared.add_argument("runs", nargs="+", type=Path, help="folders of finished runs; seeds of one representation go together")
     shared.add_argument("--out", type=Path, required=True, help="folder for the figures and tables")
     tested = argparse.ArgumentParser(add_help=False)
@@ -43,13 +46,15 @@ def parser() -> argparse.ArgumentParser:
     moved = kinds.add_parser("transfer", parents=[shared], help="which behaviours found in one world survive in another (Table 2)")
     moved.add_argument("--to", default="hero_plus", help="the world that stands for the robots (default: %(default)s)")
     moved.add_argument("--starts", type=int, default=20, help="attempts of each medoid (default: %(default)s)")
-    add_study(kinds.add_parser("study", parents=[computing], help="everything above from nothing, and the page of the study"))
     return top
 
 
 def main(given: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit status."""
-    arguments = parser().parse_args(given)
+    words = list(sys.argv[1:] if given is None else given)
+    if words[:1] == ["study"]:
+        return _forward_study(words[1:])
+    arguments = parser().parse_args(words)
     try:
         _evaluate(arguments)
     except KeyboardInterrupt:
@@ -63,7 +68,7 @@ def main(given: Sequence[str] | None = None) -> int:
 
 def _evaluate(arguments: argparse.Namespace) -> None:
     {
-        "representations": _representations, "tsne": _maps, "behaviours": _behaviours, "transfer": _transfer, "study": run_study,
+        "representations": _representations, "tsne": _maps, "behaviours": _behaviours, "transfer": _transfer,
     }[arguments.kind](arguments)  # fmt: skip
 
 
@@ -112,6 +117,17 @@ def _transfer(arguments: argparse.Namespace) -> None:
     for entry in survival(found):
         first = " and ".join(f"{count} by {way}" for way, count in entry.first.items())
         print(f"{entry.world}: {entry.medoids} medoids other than random in {entry.runs} runs; survive at the first attempt: {first}")
+
+
+def _forward_study(words: Sequence[str]) -> int:
+    """Hand a study over to the checkout that this package lies in. Deprecated: goes with the next version."""
+    root = Path(__file__).parents[2]
+    if not (root / "docs" / "studies" / "discovery_of_behaviours").is_dir():
+        print(f"discovery.evaluation: given study, which is no part of this package any more; run {STUDY}", file=sys.stderr)
+        return 2
+    print(f"discovery.evaluation: study is deprecated here; run {STUDY}", file=sys.stderr, flush=True)
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(root), os.environ.get("PYTHONPATH", "")])}
+    os.execve(sys.executable, [sys.executable, "-m", "docs.studies.discovery_of_behaviours", *words], environment)
 
 
 def _open(arguments: argparse.Namespace) -> tuple[dict[str, list[Run]], Simulator]:

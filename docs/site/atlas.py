@@ -87,7 +87,7 @@ def condense(folder: Path) -> dict[str, Any]:
 
 def handed_over(folder: Path) -> dict[str, str]:
     """Return the stages of a run that another run has made, and that run."""
-    from discovery.evaluation.study.hand_over import NOTE
+    from docs.studies.discovery_of_behaviours.stage_reuse import NOTE
 
     note = folder / NOTE
     stages: dict[str, str] = json.loads(note.read_text(encoding="utf-8")) if note.exists() else {}

@@ -12,8 +12,8 @@ from swarm_envs.calibration import calibrate, read_log
 from swarm_envs.calibration.drive.identification import identify
 from swarm_envs.calibration.report.page import write_folder
 
-pytest.importorskip("tests.calibration.generator")
-from tests.calibration.generator import generate_log
+pytest.importorskip("docs.studies.calibration.generator")
+from docs.studies.calibration.generator import generate_log
 
 HIDDEN = {
     "nothing": {},

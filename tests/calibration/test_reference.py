@@ -14,8 +14,8 @@ from swarm_envs.calibration.logs.log import Log
 from swarm_envs.calibration.prediction.reference import reference_errors
 
 pytest.importorskip("sklearn")
-pytest.importorskip("tests.calibration.generator")
-from tests.calibration.generator import generate_log
+pytest.importorskip("docs.studies.calibration.generator")
+from docs.studies.calibration.generator import generate_log
 
 Errors = dict[float, dict[str, float]]
 HIDDEN = {"linear_gain": {"gain": 0.8}, "dead_time": {"delay": 0.3}}

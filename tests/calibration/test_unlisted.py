@@ -17,8 +17,8 @@ from swarm_envs.calibration.residual.residual_dynamics import find_unlisted
 from swarm_envs.calibration.residual.residuals import CHANNELS, Residuals, residuals
 from swarm_envs.calibration.residual.smoothing import smooth_corrections
 
-pytest.importorskip("tests.calibration.generator")
-from tests.calibration.generator import generate_log
+pytest.importorskip("docs.studies.calibration.generator")
+from docs.studies.calibration.generator import generate_log
 
 UNLISTED = {
     "slippery_patch": ("forward speed", "place"),

@@ -42,7 +42,7 @@ def by_name(found: list[Distribution]) -> dict[str, Distribution]:
 @pytest.mark.parametrize("library", LIBRARIES)
 def test_the_snippet_of_the_guide_runs(library: str, tmp_path: Path) -> None:
     imported = f"from {LIBRARIES[library][0]}."
-    (snippet,) = (part.text for part in snippets(PAGES["marl"]) if imported in part.text)
+    (snippet,) = (part.text for part in snippets(PAGES["guides/marl"]) if imported in part.text)
     # one thread: networks this small gain nothing from more, and other tests run beside
     quiet = {"OMP_NUM_THREADS": "1", "RAY_USAGE_STATS_ENABLED": "0"}
     printed = run([sys.executable, "-W", "ignore", "-c", snippet], tmp_path, packages(library), **quiet)
@@ -52,7 +52,9 @@ def test_the_snippet_of_the_guide_runs(library: str, tmp_path: Path) -> None:
 
 
 def test_every_snippet_of_the_guide_belongs_to_one_library() -> None:
-    found = [[name for name, (package, _) in LIBRARIES.items() if f"from {package}." in part.text] for part in snippets(PAGES["marl"])]
+    found = [
+        [name for name, (package, _) in LIBRARIES.items() if f"from {package}." in part.text] for part in snippets(PAGES["guides/marl"])
+    ]
     assert found == [[name] for name in LIBRARIES]
 
 
@@ -61,7 +63,7 @@ def test_every_snippet_of_the_guide_belongs_to_one_library() -> None:
                                      ("rllib", "Gymnasium", "gymnasium")],
 )  # fmt: skip
 def test_the_guide_names_the_versions_that_it_is_tested_with(library: str, name: str, package: str) -> None:
-    assert re.findall(rf"\| .*\b{name} ([\d.]+\d)", PAGES["marl"].read_text(encoding="utf-8")) == [pinned(library)[package]]
+    assert re.findall(rf"\| .*\b{name} ([\d.]+\d)", PAGES["guides/marl"].read_text(encoding="utf-8")) == [pinned(library)[package]]
 
 
 @pytest.mark.parametrize("library", LIBRARIES)

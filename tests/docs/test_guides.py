@@ -19,19 +19,19 @@ DOCS = ROOT / "docs"
 FENCE = re.compile(r"^```(?:\{code-block\} )?(\w+)\n(.*?)^```$", flags=re.DOTALL | re.MULTILINE)
 CAPTION = re.compile(r":caption: (\S+)\n\n")
 NEEDS = {
-    "discover": ("lightly", "ribs"),
-    "add_representation": ("lightly", "ribs"),
-    "deploy": ("aiohttp", "cffi"),
+    "guides/discover": ("lightly", "ribs"),
+    "guides/add_representation": ("lightly", "ribs"),
+    "guides/deploy": ("aiohttp", "cffi"),
 }
 """Packages that a page's snippets need beside those of the tests."""
 ELSEWHERE = {
-    "calibration": "tests/calibration/test_guide.py runs them",
-    "calibration_of_real_robots": "its logs are not part of the project: tests/calibration/test_measured.py runs it where they are",
-    "calibration_study": "takes hours; tests/calibration/test_study.py runs a small one",
-    "discovery_of_behaviours": "takes hours; tests/discovery/test_evaluation_study.py runs a small one",
-    "marl": "tests/docs/test_guide_to_marl.py runs them, each with packages of its own",
-    "training": "tests/envs/test_training.py runs them",
-    "wall_following_and_milling": "tests/test_studies.py runs the study",
+    "guides/calibration": "tests/calibration/test_guide.py runs them",
+    "guides/marl": "tests/docs/test_guide_to_marl.py runs them, each with packages of its own",
+    "guides/training": "tests/envs/test_training.py runs them",
+    "studies/calibration/index": "takes hours; tests/studies/test_calibration.py runs a small one",
+    "studies/calibration_of_real_robots/index": "needs logs from elsewhere; tests/calibration/test_measured.py runs it where they are",
+    "studies/discovery_of_behaviours/index": "takes hours; tests/studies/test_discovery_of_behaviours.py runs a small one",
+    "studies/wall_following_and_milling/index": "takes minutes; tests/studies/test_wall_following_and_milling.py runs a small one",
 }
 OPEN = {"text", "yaml"}
 """Languages that nothing runs: what a program prints, and files that later snippets use."""
@@ -55,8 +55,11 @@ def snippets(page: Path) -> list[Snippet]:
     return found
 
 
-WRITTEN = [page for folder in (".", "environments", "guides", "studies", "worlds") for page in sorted((DOCS / folder).glob("*.md"))]
-PAGES = {page.stem: page for page in WRITTEN if any(each.language not in OPEN for each in snippets(page))}
+FOLDERS = ("environments", "guides", "studies", "worlds")
+WRITTEN = sorted([*DOCS.glob("*.md"), *(page for folder in FOLDERS for page in (DOCS / folder).rglob("*.md"))])
+PAGES = {
+    page.relative_to(DOCS).with_suffix("").as_posix(): page for page in WRITTEN if any(each.language not in OPEN for each in snippets(page))
+}
 
 
 def environment(root: Path) -> dict[str, str]:
@@ -105,7 +108,7 @@ def test_every_snippet_of_the_page_runs(name: str, tmp_path: Path, monkeypatch: 
                 run(["bash", "-euo", "pipefail", "-c", part.text], tmp_path, tree)
         return
     monkeypatch.chdir(tmp_path)
-    names: dict[str, object] = {"__name__": name}
+    names: dict[str, object] = {"__name__": Path(name).stem}
     for part in parts:
         if part.language == "python":
             with warnings.catch_warnings():

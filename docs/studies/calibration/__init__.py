@@ -1,0 +1,1 @@
+"""How often are effects that are hidden in logs found?"""

@@ -1,0 +1,1 @@
+"""What did the simulation get wrong about three real robots?"""

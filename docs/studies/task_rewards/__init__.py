@@ -1,0 +1,1 @@
+"""What does each task pay its own behaviour, and random controllers?"""

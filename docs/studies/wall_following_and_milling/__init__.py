@@ -1,0 +1,1 @@
+"""How often do wall following and milling arise from random controllers, with and without the paper's measurements?"""
