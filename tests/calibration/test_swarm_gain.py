@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from swarm_envs import WorldSpec, load_world, rollouts
-from swarm_envs.calibration import Log, Track
+from swarm_envs.calibration import Log, Track, calibrate
 from swarm_envs.calibration.drive.fitting import Model
 from swarm_envs.calibration.drive.measured import measured
 from swarm_envs.calibration.drive.motion import drive_parameters
@@ -25,9 +25,9 @@ def true_world() -> WorldSpec:
     return world.replace(robots=robots)
 
 
-def log_of(world: WorldSpec) -> Log:
+def log_of(world: WorldSpec, steps: int = 200) -> Log:
     """A log of whole swarms, without noise."""
-    runs = rollouts(world, CONTROLLERS, steps=200, seed=4)
+    runs = rollouts(world, CONTROLLERS, steps=steps, seed=4)
     tracks = []
     for w, i in np.ndindex(len(runs), world.num_robots):
         seen = runs.detections[w, :, i] > 0
@@ -68,6 +68,26 @@ def test_controllers_are_read_from_commands_that_follow_detections() -> None:
     assert controller_of(tracks) == pytest.approx(CONTROLLERS[1])
     shuffled = [dataclasses.replace(track, detections=np.roll(track.detections, 37)) for track in tracks]
     assert controller_of(shuffled) is None
+
+
+def test_readings_of_a_sensor_that_is_late_are_compared_where_both_worlds_know_what_was_in_view() -> None:
+    before = load_world("hero_plus", num_robots=6)
+    after = before.with_effects(sensor_delay=0.3)
+    log = log_of(after)
+    data = measured(log)
+    model = Model(drive_parameters(after), np.full(5, 1e-4), np.ones((6, 2)))
+    gains = {gain.metric: gain for gain in swarm_gain(log, data, [model] * len(data.runs), before, after)}
+    # the delay explains all readings, but for corners of a path between two poses
+    assert gains["detections"].after < 0.1 * gains["detections"].before
+
+
+@pytest.mark.slow
+def test_a_log_whose_only_effect_is_a_late_sensor_ends_in_findings() -> None:
+    world = load_world("hero_plus", num_robots=6)
+    findings = calibrate(log_of(world.with_effects(sensor_delay=0.3), steps=120), world)
+    assert [cause.effect for cause in findings.causes] == ["sensor_delay"]
+    assert findings.extended.robots[0].effects.sensor_delay == pytest.approx(0.3, abs=0.005)
+    assert next(gain for gain in findings.gain if gain.metric == "detections").after < 0.01
 
 
 def test_a_log_of_single_robots_says_nothing_about_swarms() -> None:

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from swarm_envs import behaviours, metrics
-from swarm_envs.calibration.arrays import BoolArray, FloatArray
+from swarm_envs.calibration.arrays import BoolArray, FloatArray, IntArray
 from swarm_envs.calibration.drive.filter import HEADING, PLACE
 from swarm_envs.calibration.drive.fitting import Model
 from swarm_envs.calibration.drive.measured import Measured, run_of
@@ -264,9 +264,11 @@ def _detections(runs: Sequence[SwarmRun], world: WorldSpec, extended: WorldSpec)
     for seed, run in enumerate(runs):
         if not all(len(track.detection_times) for track in run.tracks):
             continue
-        before, true = _read(run, world, drive_parameters(world), 2 * seed)
-        after, _ = _read(run, _after(extended, run.model), run.model.parameters, 2 * seed)
-        again, _ = _read(run, _after(extended, run.model), run.model.parameters, 2 * seed + 1)
+        calibrated = _after(extended, run.model)
+        times = _reading_times(run, max(_sensor_delay(world), _sensor_delay(calibrated)))
+        true = _reported(run, times)
+        before = _simulated(run, times, world, drive_parameters(world), 2 * seed)
+        after, again = (_simulated(run, times, calibrated, run.model.parameters, 2 * seed + number) for number in (0, 1))
         sums.append([(before != true).sum(), (after != true).sum(), len(true)])
         chance.append((again != after).mean())
     if not sums:
@@ -276,30 +278,41 @@ def _detections(runs: Sequence[SwarmRun], world: WorldSpec, extended: WorldSpec)
     return [Gain("detections", None, "1", float(was), float(now), bootstrap(array, root=False), float(np.mean(chance)))]
 
 
-def _read(run: SwarmRun, world: WorldSpec, parameters: FloatArray, seed: int) -> tuple[BoolArray, BoolArray]:
-    """Return the readings (D,) that a world's sensors give at the measured poses, and the measured ones."""
-    delay = world.robots[0].effects.sensor_delay
+def _sensor_delay(world: WorldSpec) -> float:
+    return world.robots[0].effects.sensor_delay
+
+
+def _reading_times(run: SwarmRun, delay: float) -> FloatArray:
+    """Return the times (T,) of a run's readings, of those whose view was tracked though it is up to ``delay`` s old."""
     times = np.unique(np.round(np.concatenate([track.detection_times for track in run.tracks]), 3))
-    end = run.begin + run.time[-1]
-    times = times[(times - delay >= run.begin) & (times <= end)]
+    return np.asarray(times[(times - delay >= run.begin) & (times <= run.begin + run.time[-1])])
+
+
+def _own_readings(track: Track, times: FloatArray) -> tuple[IntArray, IntArray]:
+    """Return the indices of a robot's readings at some times (T,), among its own readings and among the times."""
+    own = np.round(track.detection_times, 3)
+    kept = np.flatnonzero(np.isin(own, times))
+    return kept, np.searchsorted(times, own[kept])
+
+
+def _reported(run: SwarmRun, times: FloatArray) -> BoolArray:
+    """Return the measured readings (D,) at some times, robot by robot."""
+    return np.concatenate([track.detections[_own_readings(track, times)[0]] for track in run.tracks])
+
+
+def _simulated(run: SwarmRun, times: FloatArray, world: WorldSpec, parameters: FloatArray, seed: int) -> BoolArray:
+    """Return the readings (D,) that a world's sensors give at the measured poses at the same times."""
     robots = tuple(world.robots[k % world.num_robots] for k in range(len(run.tracks)))
     seeing = world.replace(robots=robots, broadcast=None, objects=()).with_effects(sensor_delay=0.0)
     # the arena matters only where it hides robots, and none of the log's is known to
     hall = seeing.replace(arena=enclosed_world(seeing, None, len(robots)).arena)
     simulation = Simulation(hall, len(times), "disc")
     simulation.reset(seed)
-    looked = times - delay
+    looked = times - _sensor_delay(world)
     simulation.poses[:] = np.stack([at(track, looked) for track in run.tracks], axis=1)
-    ticks = round((end - run.begin) / TICK) + 1
+    ticks = round(run.time[-1] / TICK) + 1
     speed = motion(parameters, run.tracks, run.begin, ticks, run.gains).speed
     simulation.state.drive_velocity[:] = speed[np.clip(((looked - run.begin) / TICK).astype(int), 0, ticks - 1)]
     simulation.observe()
-    readings = simulation.detections.reshape(len(times), len(robots), -1)[..., 0]
-    given, true = [], []
-    for column, track in enumerate(run.tracks):
-        own = np.round(track.detection_times, 3)
-        index = np.searchsorted(times, own)
-        kept = (index < len(times)) & np.isin(own, times)
-        given.append(readings[index[kept], column])
-        true.append(track.detections[kept])
-    return np.concatenate(given) > 0, np.concatenate(true)
+    readings = simulation.detections.reshape(len(times), len(robots), -1)[..., 0] > 0
+    return np.concatenate([readings[_own_readings(track, times)[1], column] for column, track in enumerate(run.tracks)])
