@@ -9,6 +9,9 @@ from pathlib import Path
 from hero_robot.firmware.constants import FIX_ONE
 from hero_robot.firmware.library import load
 
+DATAGRAM_ROOM = 512
+"""Bytes of room for a datagram: more than any frame has."""
+
 
 class State(enum.IntEnum):
     """States of the supervisor, as ``hero_supervisor.h`` numbers them."""
@@ -103,6 +106,7 @@ class SimulatedBoard:
         self._memory = self.ffi.new("uint64_t[]", (self.library.hero_sim_size() + 7) // 8)
         self.pointer = self.ffi.cast("struct hero_sim *", self._memory)
         self.robot, self.key, self.seed = robot, key, seed
+        self._buffer = self.ffi.new("uint8_t[]", DATAGRAM_ROOM)
         self.library.hero_sim_init(self.pointer, robot, key, seed)
 
     def boot(self) -> None:
@@ -119,10 +123,9 @@ class SimulatedBoard:
 
     def collect(self) -> list[bytes]:
         """Take all datagrams that the robot has sent."""
-        buffer = self.ffi.new("uint8_t[]", 512)
         found = []
-        while size := self.library.hero_sim_collect(self.pointer, buffer, 512):
-            found.append(bytes(self.ffi.buffer(buffer, size)))
+        while size := self.library.hero_sim_collect(self.pointer, self._buffer, DATAGRAM_ROOM):
+            found.append(bytes(self.ffi.buffer(self._buffer, size)))
         return found
 
     def start(self, genes: tuple[float, float, float, float]) -> bool:
@@ -136,10 +139,6 @@ class SimulatedBoard:
     def set_halts(self, left_us: int, right_us: int) -> None:
         """Halt pulses of the servos, us, as built and as the board's settings say; before boot."""
         self.library.hero_sim_set_halts(self.pointer, left_us, right_us)
-
-    def break_random(self) -> None:
-        """Take away the source of nonces."""
-        self.library.hero_sim_break_random(self.pointer)
 
     def view(self) -> BoardView:
         """Look inside."""

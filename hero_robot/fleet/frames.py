@@ -179,8 +179,6 @@ class Status:
 REASONS = ("boot", "self-test passed", "started", "stopped", "lease ended", "emergency stop", "rearmed", "fault")
 """Names of ``Status.reason``."""
 
-STATUS_SIZE = _STATUS.size
-
 
 def read_status(payload: bytes) -> Status | None:
     """The status in a payload, or None when it is not one."""

@@ -16,11 +16,16 @@ from typing import Any
 
 from aiohttp import web
 
+from hero_robot.fleet.coordinator import START_DELAY
+from hero_robot.fleet.delivery import Outcome
 from hero_robot.fleet.errors import FleetError
-from hero_robot.fleet.server import START_DELAY, FleetServer, Outcome
+from hero_robot.fleet.server import FleetServer
 
 REFRESH = 0.1
 """Time between two pictures of the fleet, s."""
+
+PRESS_LENGTH = 64
+"""Characters of a press's name that count."""
 
 TOKEN_HEADER = "X-Fleet-Token"
 PAGE = Path(__file__).with_name("page.html")
@@ -112,7 +117,7 @@ class FleetPage:
             return response
 
     async def _estop(self, request: web.Request) -> web.Response:
-        self.server.estop()
+        self.server.estop(request.query.get("press", "")[:PRESS_LENGTH] or None)
         return web.json_response({"outcomes": []})
 
     async def _rearm(self, request: web.Request) -> web.Response:

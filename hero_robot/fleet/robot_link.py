@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import secrets
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from hero_robot.fleet import frames
@@ -22,17 +23,17 @@ CHALLENGES = 8
 
 @dataclass
 class ClockEstimate:
-    """Robot time minus server time.
+    """Offset of a robot's clock: robot time minus server time.
 
-    ``earliest`` is a bound that the truth cannot be below: a report that took no time at all would give it. Leases are
-    counted with it, so that time on the way shortens them and can never lengthen them. ``middle`` halves the quickest round
-    trip: the best guess, for synchronised starts and time stamps.
+    ``lower_bound_us`` is what the truth cannot be below: a report that took no time at all would give it. Leases are
+    counted with it, so that time on the way shortens them and can never lengthen them. ``offset_us`` halves the quickest
+    round trip: the best estimate, for synchronised starts and time stamps.
     """
 
     bounds: deque[tuple[int, int]] = field(default_factory=deque)
-    trips: deque[tuple[int, int, int]] = field(default_factory=deque)
+    round_trips: deque[tuple[int, int, int]] = field(default_factory=deque)
 
-    def report(self, robot_us: int, received_us: int) -> None:
+    def take_report(self, robot_us: int, received_us: int) -> None:
         """Take the time in a report."""
         self.bounds.append((received_us, robot_us - received_us))
         while self.bounds[0][0] < received_us - WINDOW_US:
@@ -40,33 +41,39 @@ class ClockEstimate:
         while len(self.bounds) > 400:  # twenty seconds at full rate
             self.bounds.popleft()
 
-    def trip(self, robot_us: int, sent_us: int, received_us: int) -> None:
+    def take_round_trip(self, robot_us: int, sent_us: int, received_us: int) -> None:
         """Take a round trip: asked, answered, received."""
-        self.trips.append((received_us, received_us - sent_us, robot_us - (sent_us + received_us) // 2))
-        while self.trips[0][0] < received_us - WINDOW_US:
-            self.trips.popleft()
+        self.round_trips.append((received_us, received_us - sent_us, robot_us - (sent_us + received_us) // 2))
+        while self.round_trips[0][0] < received_us - WINDOW_US:
+            self.round_trips.popleft()
 
     @property
-    def earliest(self) -> int:
+    def lower_bound_us(self) -> int:
         """Lower bound of robot time minus server time, us."""
         return max(bound for _, bound in self.bounds)
 
     @property
-    def middle(self) -> int:
-        """Best guess of robot time minus server time, us."""
-        return min(self.trips, key=lambda trip: trip[1])[2]
+    def offset_us(self) -> int:
+        """Best estimate of robot time minus server time, us."""
+        return min(self.round_trips, key=lambda trip: trip[1])[2]
 
     @property
     def round_trip_us(self) -> int:
         """Quickest recent round trip, us."""
-        return min(trip[1] for trip in self.trips)
+        return min(trip[1] for trip in self.round_trips)
 
 
 class RobotLink:
-    """One robot as its server knows it; every method takes the server's time in us."""
+    """One robot as its server knows it; every method takes the server's time in us.
 
-    def __init__(self, entry: RobotEntry) -> None:
+    Args:
+        entry: The robot.
+        random_bits: Draws a number of so many bits, for challenges.
+    """
+
+    def __init__(self, entry: RobotEntry, random_bits: Callable[[int], int] = secrets.randbits) -> None:
         self.entry = entry
+        self._random_bits = random_bits
         self.nonce = 0
         self.sequence = 0
         self.report_sequence = 0
@@ -82,7 +89,7 @@ class RobotLink:
 
     def hello(self, now_us: int) -> bytes:
         """A datagram that asks who is there; measures the round trip as well."""
-        challenge = secrets.randbits(64)
+        challenge = self._random_bits(64)
         self._challenges[challenge] = now_us
         while len(self._challenges) > CHALLENGES:
             del self._challenges[next(iter(self._challenges))]
@@ -95,7 +102,7 @@ class RobotLink:
 
     def heartbeat(self, now_us: int, lease: float) -> bytes:
         """A grant of motion until ``lease`` seconds from now, told in the robot's own time."""
-        until = max(0, now_us + self.clock.earliest + round(lease * 1e6))
+        until = max(0, now_us + self.clock.lower_bound_us + round(lease * 1e6))
         return self.command(FrameType.HEARTBEAT, frames.heartbeat(until))[1]
 
     def receive(self, datagram: bytes, now_us: int) -> Status | None:
@@ -109,7 +116,7 @@ class RobotLink:
             self.refused += 1
             return None
         self.report_sequence = frame.sequence
-        self.clock.report(status.time_us, now_us)
+        self.clock.take_report(status.time_us, now_us)
         self.status, self.heard_us = status, now_us
         return status
 
@@ -127,5 +134,5 @@ class RobotLink:
         if frame.nonce != self.nonce:
             self.nonce, self.sequence, self.clock = frame.nonce, status.last_sequence, ClockEstimate()
         self.sequence = max(self.sequence, status.last_sequence)
-        self.clock.trip(status.time_us, sent_us, now_us)
+        self.clock.take_round_trip(status.time_us, sent_us, now_us)
         return status

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import csv
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import IO, Any
 
@@ -34,12 +35,14 @@ class RunLog:
     Args:
         folder: New or empty, or a log of this fleet that is to be continued.
         fleet: Name of the fleet.
+        wall_clock: The time of day that runs are named after.
     """
 
-    def __init__(self, folder: Path, fleet: str) -> None:
+    def __init__(self, folder: Path, fleet: str, wall_clock: Callable[[], time.struct_time] = time.localtime) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         self.folder = folder
         self.run: str | None = None
+        self._wall_clock = wall_clock
         self._zero_us = self._end_us = 0
         self._files: dict[str, IO[str]] = {}
         self._writers: dict[str, Any] = {}
@@ -79,7 +82,7 @@ class RunLog:
     def start(self, zero_us: int) -> str:
         """Begin a run whose time zero is this server time, us; returns its name."""
         self._zero_us, self._end_us = zero_us, zero_us + 10**15
-        self.run = time.strftime("%Y-%m-%dT%H-%M-%S") + f"-{zero_us // 1000 % 1000:03d}"
+        self.run = time.strftime("%Y-%m-%dT%H-%M-%S", self._wall_clock()) + f"-{zero_us // 1000 % 1000:03d}"
         return self.run
 
     def stop(self, server_us: int) -> None:

@@ -1,4 +1,4 @@
-"""Simulated robots: the firmware built for this machine, one process a robot, on the loopback."""
+"""Simulated robots: the firmware built for this machine, one process per robot, on the loopback."""
 
 from __future__ import annotations
 
@@ -47,6 +47,7 @@ class SimulatedFleet:
         self.fleet, self.ports, self.seen_period = fleet, ports or {}, seen_period
         self.events: list[RobotEvent] = []
         self.processes: dict[int, subprocess.Popen[str]] = {}
+        self._listeners: dict[int, threading.Thread] = {}
         elsewhere = [robot.name for robot in fleet.robots if robot.host not in ("127.0.0.1", "localhost")]
         if elsewhere:
             raise FleetError(f"{elsewhere[0]} does not live on 127.0.0.1; only robots of this machine can be simulated")
@@ -54,8 +55,9 @@ class SimulatedFleet:
     def __enter__(self) -> SimulatedFleet:
         for robot in self.fleet.robots:
             self.switch_on(robot)
-        time.sleep(0.05)
         for number, process in self.processes.items():
+            while number not in self.latest() and process.poll() is None:
+                time.sleep(0.002)
             if process.poll() is not None:
                 self.close()
                 raise FleetError(f"simulated robot {number} did not start (its port may be taken); give free ports in the fleet file")
@@ -70,13 +72,17 @@ class SimulatedFleet:
         command = [str(self.program), str(robot.number), str(port), robot.key.hex(), str(round(self.seen_period * 1e3))]
         process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
         self.processes[robot.number] = process
-        threading.Thread(target=self._listen, args=(process,), daemon=True).start()
+        listener = threading.Thread(target=self._listen, args=(process,), daemon=True)
+        listener.start()
+        self._listeners[robot.number] = listener
 
     def switch_off(self, number: int) -> None:
         """End a robot's process at once, as when its battery is pulled."""
         process = self.processes.pop(number)
         process.kill()
-        process.wait()
+        self._listeners.pop(number).join()  # it reads to the end
+        with process:  # closes the pipes
+            process.wait()
 
     def _listen(self, process: subprocess.Popen[str]) -> None:
         assert process.stdout is not None

@@ -173,6 +173,27 @@ void hero_sim_run(struct hero_sim *sim, uint64_t until_us) {
   }
 }
 
+/* What a bystander would notice: the state, and whether the servos get pulses. */
+static unsigned seen_from_outside(const struct hero_sim *sim) {
+  bool driven = sim->wheel[HERO_LEFT].pulse_us != 0 || sim->wheel[HERO_RIGHT].pulse_us != 0;
+  return sim->robot.supervisor.state * 2u + driven;
+}
+
+uint32_t hero_sim_run_together(struct hero_sim *const *sims, size_t robots, uint32_t most_us) {
+  uint32_t elapsed_us = 0;
+  bool news = false;
+  while (elapsed_us < most_us && !news) {
+    uint32_t step_us = most_us - elapsed_us < SUBSTEP_US ? most_us - elapsed_us : SUBSTEP_US;
+    for (size_t i = 0; i < robots; i++) {
+      unsigned before = seen_from_outside(sims[i]);
+      substep(sims[i], step_us);
+      news |= sims[i]->outbox.waiting > 0 || seen_from_outside(sims[i]) != before;
+    }
+    elapsed_us += step_us;
+  }
+  return elapsed_us;
+}
+
 bool hero_sim_deliver(struct hero_sim *sim, const uint8_t *data, size_t size) { return post(&sim->inbox, data, size); }
 
 size_t hero_sim_collect(struct hero_sim *sim, uint8_t *data, size_t room) { return take(&sim->outbox, data, room); }
@@ -271,5 +292,3 @@ void hero_sim_set_halts(struct hero_sim *sim, uint16_t left_us, uint16_t right_u
   sim->settings.halt_us[HERO_LEFT] = left_us;
   sim->settings.halt_us[HERO_RIGHT] = right_us;
 }
-
-void hero_sim_break_random(struct hero_sim *sim) { sim->random = 0; }

@@ -39,6 +39,10 @@ void hero_sim_boot(struct hero_sim *sim);
 /* Lets time pass up to `until_us`, the firmware polled each millisecond. */
 void hero_sim_run(struct hero_sim *sim, uint64_t until_us);
 
+/* Lets the same time pass on `robots` boards: `most_us`, or less, up to the millisecond in which one of them has sent
+ * something, changed its state or begun or ceased to drive its servos; the time that passed, us. */
+uint32_t hero_sim_run_together(struct hero_sim *const *sims, size_t robots, uint32_t most_us);
+
 /* Puts a datagram into the robot's inbox; false when it is full. */
 bool hero_sim_deliver(struct hero_sim *sim, const uint8_t *data, size_t size);
 
@@ -64,9 +68,6 @@ void hero_sim_set(struct hero_sim *sim, double distance_m, uint16_t battery_mv, 
 
 /* Halt pulses of the servos, us, as the board has them and as its settings say. */
 void hero_sim_set_halts(struct hero_sim *sim, uint16_t left_us, uint16_t right_us);
-
-/* Breaks the source of nonces, as a board without one. */
-void hero_sim_break_random(struct hero_sim *sim);
 
 /* The core's own, for comparison with other implementations. */
 void hero_hmac(const uint8_t key[32], const uint8_t *data, size_t size, uint8_t tag[32]);

@@ -8,8 +8,7 @@ import pytest
 
 from hero_robot.fleet.fleet_file import Fleet, read_fleet, write_new_fleet
 from hero_robot.fleet.simulated import SimulatedFleet
-from tests.hero_robot.fleet.network import BadNetwork, Weather, free_ports
-from tests.hero_robot.fleet.serving import Serving, wait_for
+from tests.hero_robot.fleet.serving import PATIENCE, Serving, free_ports, wait_for
 
 ROBOTS = 8
 
@@ -19,6 +18,9 @@ def compiler() -> None:
     pytest.importorskip("cffi", reason="cffi is absent: pip install cffi")
     if not any(shutil.which(name) for name in ("cc", "gcc", "clang")):
         pytest.skip("no C compiler (Debian: gcc)")
+
+
+# --- real processes, for the tests marked real_time -----------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
@@ -34,16 +36,8 @@ def fleet(fleet_path: Path) -> Fleet:
 
 
 @pytest.fixture(scope="module")
-def network(fleet: Fleet) -> Iterator[BadNetwork]:
-    """The fleet file's ports are the network's; the robots listen behind it."""
-    behind = free_ports(ROBOTS)
-    with BadNetwork({robot.port: port for robot, port in zip(fleet.robots, behind, strict=True)}) as bad:
-        yield bad
-
-
-@pytest.fixture(scope="module")
-def robots(fleet: Fleet, network: BadNetwork) -> Iterator[SimulatedFleet]:
-    with SimulatedFleet(fleet, ports={robot.number: network.ways[robot.port] for robot in fleet.robots}, seen_period=0.8) as simulated:
+def robots(fleet: Fleet) -> Iterator[SimulatedFleet]:
+    with SimulatedFleet(fleet, seen_period=0.8) as simulated:
         yield simulated
 
 
@@ -55,17 +49,19 @@ def operator(fleet_path: Path) -> Iterator[Serving]:
 
 
 @pytest.fixture
-def serving(operator: Serving, robots: SimulatedFleet, network: BadNetwork) -> Serving:
-    """A running server, good weather, all robots in HOLD; a server that the test before has killed is started again."""
-    network.weather = Weather()
-    network.recorded.clear()
+def serving(operator: Serving, robots: SimulatedFleet) -> Serving:
+    """A running server and all robots in HOLD; what the test before has killed or switched off runs again."""
     if operator.process.poll() is not None:
         operator.__enter__()
     for robot in robots.fleet.robots:
         if robot.number not in robots.processes:
             robots.switch_on(robot)
-    wait_for(operator.all_connected, 20, "the robots")
-    operator.call("rearm")
-    operator.call("hold")
-    wait_for(lambda: all(event.state == 1 for event in robots.latest().values()), 5, "all to be in HOLD")
+
+    def all_hold() -> bool:
+        if operator.all_connected():
+            operator.call("rearm")
+            operator.call("hold")
+        return all(event.state == 1 and not event.driven for event in robots.latest().values())
+
+    wait_for(all_hold, PATIENCE, "all to be in HOLD")
     return operator

@@ -16,7 +16,7 @@ import pytest
 from hero_robot.fleet import ros_bridge
 from hero_robot.fleet.command import session_path
 from hero_robot.fleet.simulated import SimulatedFleet
-from tests.hero_robot.fleet.serving import CONTROLLER, Serving, stop_times, wait_for
+from tests.hero_robot.fleet.serving import CONTROLLER, PATIENCE, Serving, stop_times, wait_for
 
 pytestmark = pytest.mark.real_time
 
@@ -46,7 +46,7 @@ def ros(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, str]]:
     environment |= {"ROS_MASTER_URI": f"http://127.0.0.1:{port}", "ROS_IP": "127.0.0.1", "ROS_HOME": str(home), "ROS_LOG_DIR": str(home)}
     core = subprocess.Popen(["roscore", "-p", str(port)], env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
-        wait_for(lambda: core.poll() is not None or reachable(port), 30, "roscore")
+        wait_for(lambda: core.poll() is not None or reachable(port), PATIENCE, "roscore")
         if core.poll() is not None:
             pytest.skip(f"roscore ended by itself ({PACKAGES})")
         yield environment

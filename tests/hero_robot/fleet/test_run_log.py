@@ -3,33 +3,33 @@
 from __future__ import annotations
 
 import csv
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
 
-from hero_robot.fleet.simulated import SimulatedFleet
 from swarm_envs.calibration import read_log
-from tests.hero_robot.fleet.serving import CONTROLLER, Serving, all_drive
-
-pytestmark = pytest.mark.real_time
+from tests.hero_robot.fleet.lab import CONTROLLER, Lab
 
 
 @pytest.fixture(scope="module")
-def log(operator: Serving, robots: SimulatedFleet, fleet_path: Path) -> Path:
-    """Two runs of two seconds, with a tracker's poses in the second."""
+def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two runs of two seconds on simulated time, with a tracker's poses in the second."""
+    folder = tmp_path_factory.mktemp("log") / "lab"
+    lab = Lab(0, log=folder)
+    assert lab.server is not None
     for run in range(2):
-        operator.start_all(robots)
+        lab.start_all()
         for step in range(20):
-            time.sleep(0.1)
+            lab.run(0.1)
             if run == 1:
-                operator.call("poses", poses=[{"robot": "hero_3", "x": 0.1 * step, "y": 0.5, "theta": 1.0, "age": 0.02}])
-        assert all_drive(robots)
-        operator.call("hold")
-        time.sleep(1.2)
-    return fleet_path.parent / "log"
+                lab.server.pose("hero_3", 0.1 * step, 0.5, 1.0, lab.now_us - 20_000)
+        assert lab.all_drive()
+        lab.hold()
+        lab.run(1.2)
+    lab.close()
+    return folder
 
 
 def rows(log: Path, table: str) -> list[dict[str, str]]:
