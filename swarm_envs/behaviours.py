@@ -20,6 +20,7 @@ import shapely
 from swarm_envs import metrics
 from swarm_envs.compiled import compiled
 from swarm_envs.metrics import Trajectories
+from swarm_envs.simulation.segments import polygon_edges, segment_distance
 from swarm_envs.worlds.spec import WorldSpec
 
 Array = npt.NDArray[np.float64]
@@ -218,7 +219,7 @@ def _measure(world: WorldSpec, poses: Array, time: Array) -> Features:
         np.hypot(middle[..., 0], middle[..., 1]), 1e-9
     )
 
-    gap, tangent, place = _wall(position, metrics.polygon_edges(world.arena.outline), radii)
+    gap, tangent, place = _wall(position, polygon_edges(world.arena.outline), radii)
     near = gap <= radius
     along = (velocity[..., 0] * tangent[:, 1:, :, 0] + velocity[..., 1] * tangent[:, 1:, :, 1]) * near[:, 1:]
     progress = np.abs(along.mean(axis=1)).mean(axis=1)
@@ -274,7 +275,7 @@ def _emptiness(position: Array, floor: Array) -> Array:
 
 def _traced(place: Array, follows: npt.NDArray[np.bool_], world: WorldSpec, radius: float) -> Array:
     """Share of the wall's pieces, a contact disc long, along which some robot went: (worlds,)."""
-    length = metrics.polygon_edges(world.arena.outline)
+    length = polygon_edges(world.arena.outline)
     total = float(np.hypot(length[:, 2] - length[:, 0], length[:, 3] - length[:, 1]).sum())
     pieces = max(8, math.floor(total / (2 * radius)))
     piece = np.minimum((place / total * pieces).astype(np.intp), pieces - 1)
@@ -329,7 +330,7 @@ def _wall(position: Array, edges: Array, radii: Array) -> tuple[Array, Array, Ar
         for k in range(edges.shape[0]):
             dx, dy = edges[k, 2] - edges[k, 0], edges[k, 3] - edges[k, 1]
             length = math.hypot(dx, dy)
-            distance = metrics.segment_distance(x, y, edges[k]) - radii[i]
+            distance = segment_distance(x, y, edges[k]) - radii[i]
             if distance < gap[world, frame, i]:
                 gap[world, frame, i] = distance
                 tangent[world, frame, i, 0], tangent[world, frame, i, 1] = dx / length, dy / length

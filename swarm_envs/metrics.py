@@ -19,14 +19,16 @@ import numpy.typing as npt
 import shapely
 
 from swarm_envs.compiled import compiled
-from swarm_envs.worlds.spec import Polygon, WorldSpec
+from swarm_envs.deprecation import forwarding
+from swarm_envs.simulation.contacts import WALL_CONTACT, contact_flags
+from swarm_envs.simulation.segments import wall_segments
+from swarm_envs.worlds.spec import WorldSpec
 
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
 
 CONTACT_GAP = 1.5e-3
 """Gap in m up to which two robots, or a robot and a wall, are said to touch; the simulation's overlap bound is of this size."""
-_WALL, _ROBOT = 1, 2
 
 
 class Trajectories(Protocol):
@@ -143,7 +145,7 @@ def in_contact(world: WorldSpec, poses: npt.ArrayLike) -> Flags:
 
 def at_wall(world: WorldSpec, poses: npt.ArrayLike) -> Flags:
     """Say which robots touch a wall or an obstacle; arguments and result as :func:`in_contact`."""
-    return _contacts(world, poses) & _WALL > 0
+    return _contacts(world, poses) & WALL_CONTACT > 0
 
 
 def nearest_distances(positions: npt.ArrayLike) -> Array:
@@ -172,17 +174,6 @@ def world_radius(world: WorldSpec) -> float:
 def contact_radii(world: WorldSpec) -> Array:
     """Contact radius of each robot, (robots,) in m."""
     return np.array([robot.body.contact_radius for robot in world.robots], dtype=np.float64)
-
-
-def polygon_edges(outline: Polygon) -> Array:
-    """Edges of a closed polygon, (corners, 4): x and y of both ends in m."""
-    ring = np.array(outline, dtype=np.float64)
-    return np.concatenate([ring, np.roll(ring, -1, axis=0)], axis=1)
-
-
-def wall_segments(world: WorldSpec) -> Array:
-    """Edges of the arena's outline and of its obstacles, (edges, 4): x and y of both ends in m."""
-    return np.concatenate([polygon_edges(ring) for ring in (world.arena.outline, *(o.outline for o in world.arena.obstacles))])
 
 
 def floor_shape(world: WorldSpec, margin: float = 0.0) -> shapely.Geometry:
@@ -252,7 +243,7 @@ def _cross(a: Array, b: Array) -> Array:
 def _contacts(world: WorldSpec, poses: npt.ArrayLike) -> npt.NDArray[np.uint8]:
     where = np.asarray(poses, dtype=np.float64)
     flat = np.ascontiguousarray(where[..., :2]).reshape(-1, where.shape[-2], 2)
-    return np.asarray(_touching(flat, contact_radii(world), wall_segments(world), CONTACT_GAP).reshape(where.shape[:-1]))
+    return np.asarray(contact_flags(flat, contact_radii(world), wall_segments(world), CONTACT_GAP).reshape(where.shape[:-1]))
 
 
 @compiled()
@@ -266,36 +257,6 @@ def _nearest(positions: Array) -> Array:
             for j in range(i):
                 distance = math.hypot(at[i, 0] - at[j, 0], at[i, 1] - at[j, 1])
                 best[i], best[j] = min(best[i], distance), min(best[j], distance)
-    return out
-
-
-@compiled()
-def segment_distance(x: float, y: float, segment: Array) -> float:
-    """Distance from a point to a segment (x0, y0, x1, y1)."""
-    dx, dy = segment[2] - segment[0], segment[3] - segment[1]
-    length = dx * dx + dy * dy
-    share = ((x - segment[0]) * dx + (y - segment[1]) * dy) / length if length > 0 else 0.0
-    share = min(1.0, max(0.0, share))
-    return float(math.hypot(x - segment[0] - share * dx, y - segment[1] - share * dy))
-
-
-@compiled()
-def _touching(positions: Array, radii: Array, walls: Array, gap: float) -> npt.NDArray[np.uint8]:
-    """What each robot touches, a sum of _WALL and _ROBOT: (moments, robots) of positions (moments, robots, 2)."""
-    moments, robots = positions.shape[:2]
-    out = np.zeros((moments, robots), dtype=np.uint8)
-    for moment in range(moments):
-        at, touch = positions[moment], out[moment]
-        for i in range(robots):
-            x, y = at[i, 0], at[i, 1]
-            for k in range(walls.shape[0]):
-                if segment_distance(x, y, walls[k]) <= radii[i] + gap:
-                    touch[i] |= _WALL
-            for j in range(i):
-                reach = radii[i] + radii[j] + gap
-                if (at[j, 0] - x) ** 2 + (at[j, 1] - y) ** 2 <= reach * reach:
-                    touch[i] |= _ROBOT
-                    touch[j] |= _ROBOT
     return out
 
 
@@ -318,3 +279,9 @@ def _swept(poses: Array, radii: Array, floor: Flags, lattice: Array) -> Array:
                         swept[row, column] = floor[row, column]
         out[world] = swept.sum() / floor.sum()
     return out
+
+
+__getattr__ = forwarding(
+    __name__,
+    {name: f"swarm_envs.simulation.segments.{name}" for name in ("polygon_edges", "segment_distance")},
+)

@@ -230,7 +230,7 @@ def world_index() -> str:
 
 def playground_world(world: WorldSpec) -> dict[str, Any] | None:
     """Return what the playground needs of a world, in SI units; None where it has something that the playground lacks."""
-    from swarm_envs.simulation.chipmunk import substeps_for
+    from swarm_envs.simulation.chipmunk.substeps import substeps_for
     from swarm_envs.worlds import Effects
 
     model, contact = world.robots[0], world.contact

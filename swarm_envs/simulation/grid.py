@@ -1,4 +1,4 @@
-"""Square cells that keep neighbour searches in large swarms from being quadratic."""
+"""Large swarms: square cells that keep their neighbour searches from being quadratic."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ IntArray = npt.NDArray[np.int64]
 
 GRID_FROM = 40
 """With this many robots or more, neighbours are looked for in cells."""
+LARGE_SWARM = 40
+"""Swarms above this are taken to have something near at all times."""
 
 
 @compiled(_nrt=False)

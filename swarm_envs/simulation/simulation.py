@@ -10,14 +10,15 @@ import numpy as np
 import numpy.typing as npt
 
 from swarm_envs.compiled import ENGINE_SECONDS, announce
-from swarm_envs.simulation import disc
-from swarm_envs.simulation.chipmunk import SpaceArrays, Spaces
-from swarm_envs.simulation.parameters import FeatureFlag, FloatArray, compile_world
+from swarm_envs.simulation.chipmunk.spaces import SpaceArrays, Spaces
+from swarm_envs.simulation.contacts import TOUCHING_GAP, contact_flags
+from swarm_envs.simulation.disc.broad_phase import allocate_scratch
+from swarm_envs.simulation.parameters import RADIUS, FeatureFlag, FloatArray, compile_world
 from swarm_envs.simulation.randomness import world_keys
+from swarm_envs.simulation.segments import wall_segments
 from swarm_envs.simulation.start import check_start, object_starts, start_worlds
 from swarm_envs.simulation.state import StateArrays, empty_state
 from swarm_envs.simulation.stepping import feature_flags, run_worlds, sense_worlds, step_worlds
-from swarm_envs.simulation.touching import touching
 from swarm_envs.worlds import WorldError, WorldSpec, load_world
 from swarm_envs.worlds.geometry import start_points
 
@@ -48,9 +49,9 @@ class Simulation:
         _announce(self.engine, *self._feature_flags)
         self._state = empty_state(self._parameters, num_worlds)
         self._points = start_points(self.world)
+        self._walls = wall_segments(self.world)
         self._objects = object_starts(self.world)
-        self._desired_velocity = np.zeros((self.world.num_robots, 3))
-        self._scratch = disc.scratch(self._parameters)
+        self._scratch = allocate_scratch(self._parameters)
         self._spaces = Spaces(self.world, self.num_worlds) if self.engine == "chipmunk" else None
         self.reset(0)
 
@@ -98,7 +99,7 @@ class Simulation:
             given = f"shape {array.shape}" if array.shape != expected else "a value that is not finite"
             raise WorldError(f"commands: given {given}, expected {expected} finite speeds (worlds, robots, v omega) in m/s and rad/s")
         self._send(messages)
-        step_worlds(self._parameters, self._state, self._ready_spaces(), *self._feature_flags, array, self._desired_velocity, self._scratch)
+        step_worlds(self._parameters, self._state, self._ready_spaces(), *self._feature_flags, array, self._scratch)
 
     def observe(self) -> None:
         """Take readings anew, and tell the engine, for those who have moved robots by writing to :attr:`poses`."""
@@ -121,7 +122,7 @@ class Simulation:
             raise WorldError(f"run: arrays do not have the shapes {expected}, or controllers not ({frames[0]}, {frames[2]}, numbers)")
         run_worlds(
             self._parameters, self._state, self._ready_spaces(), *self._feature_flags, controllers, steps, every,
-            self._desired_velocity, self._scratch, poses, detections, commands,
+            self._scratch, poses, detections, commands,
         )  # fmt: skip
 
     @property
@@ -147,8 +148,8 @@ class Simulation:
 
     @property
     def touching(self) -> npt.NDArray[np.uint8]:
-        """(W, R) bit 0: touches a robot; bit 1: touches a wall."""
-        return np.stack([touching(self._parameters, poses) for poses in self._state.poses])
+        """(W, R) sums of :data:`~swarm_envs.simulation.contacts.ROBOT_CONTACT` (1) and ``WALL_CONTACT`` (2): what each robot touches."""
+        return np.asarray(contact_flags(self._state.poses, self._parameters.robots[:, RADIUS].copy(), self._walls, TOUCHING_GAP))
 
     @property
     def state(self) -> StateArrays:

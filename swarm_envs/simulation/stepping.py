@@ -6,16 +6,17 @@ import numpy as np
 import numpy.typing as npt
 
 from swarm_envs.compiled import compiled
-from swarm_envs.simulation import chipmunk, disc
 from swarm_envs.simulation.actuation import give_commands
 from swarm_envs.simulation.broadcast import broadcast_detections, receive_broadcast
-from swarm_envs.simulation.chipmunk import SpaceArrays
+from swarm_envs.simulation.chipmunk import engine as chipmunk
+from swarm_envs.simulation.chipmunk.spaces import SpaceArrays
+from swarm_envs.simulation.contacts import stall_wheels
+from swarm_envs.simulation.disc import engine as disc
 from swarm_envs.simulation.grid import GRID_FROM
 from swarm_envs.simulation.parameters import FeatureFlag, FloatArray, WorldArrays
 from swarm_envs.simulation.scratch import Scratch
 from swarm_envs.simulation.sensing import sense
 from swarm_envs.simulation.state import StateArrays
-from swarm_envs.simulation.touching import stall_wheels
 
 ByteArray = npt.NDArray[np.uint8]
 
@@ -35,7 +36,6 @@ def advance_world(
     grid: FeatureFlag,
     w: int,
     commands: FloatArray,
-    desired: FloatArray,
     scratch: Scratch,
 ) -> None:
     """Run world ``w`` through one tick.
@@ -48,8 +48,7 @@ def advance_world(
         grid: None for a swarm of fewer than ``GRID_FROM`` robots.
         w: Index of the world.
         commands: (R, 2) v in m/s and omega in rad/s.
-        desired: (R, 3) scratch memory.
-        scratch: More scratch memory.
+        scratch: Scratch memory.
     """
     give_commands(world, state, w, commands, effects)
     if effects is not None and not world.ideal_drive:
@@ -57,7 +56,7 @@ def advance_world(
     if spaces is None:
         disc.advance(world, state, w, scratch, effects, grid)
     else:
-        chipmunk.advance(world, state, spaces, w, desired, effects)
+        chipmunk.advance(world, state, spaces, w, scratch, effects)
     state.ticks[w] += 1
     sense(world, state, w, scratch, effects, grid)
     if effects is not None and world.broadcast_range > 0.0:
@@ -72,18 +71,17 @@ def step_worlds(
     effects: FeatureFlag,
     grid: FeatureFlag,
     commands: FloatArray,
-    desired: FloatArray,
     scratch: Scratch,
 ) -> None:
     """Run every world through one tick with its own commands (W, R, 2)."""
     for w in range(commands.shape[0]):
-        advance_world(world, state, spaces, effects, grid, w, commands[w], desired, scratch)
+        advance_world(world, state, spaces, effects, grid, w, commands[w], scratch)
 
 
 @compiled(_nrt=False)
 def run_worlds(
     world: WorldArrays, state: StateArrays, spaces: SpaceArrays | None, effects: FeatureFlag, grid: FeatureFlag, controllers: FloatArray,
-    steps: int, every: int, desired: FloatArray, scratch: Scratch, poses: FloatArray, detections: ByteArray, commands: FloatArray,
+    steps: int, every: int, scratch: Scratch, poses: FloatArray, detections: ByteArray, commands: FloatArray,
 ) -> None:  # fmt: skip
     """Run each world with its controllers and record frames.
 
@@ -97,8 +95,7 @@ def run_worlds(
             Where the world has a broadcast, a robot sends whether its sensors report something.
         steps: Ticks to run.
         every: Ticks from one recorded frame to the next.
-        desired: (R, 3) scratch memory.
-        scratch: More scratch memory.
+        scratch: Scratch memory.
         poses: (W, F, R, 3) written.
         detections: (W, F, R, S) written; S + 1 with a broadcast.
         commands: (W, F, R, 2) written: what each robot does about the frame's detections.
@@ -112,7 +109,7 @@ def run_worlds(
             if k < steps:
                 if effects is not None and world.broadcast_range > 0.0:
                     broadcast_detections(state, w)
-                advance_world(world, state, spaces, effects, grid, w, now, desired, scratch)
+                advance_world(world, state, spaces, effects, grid, w, now, scratch)
 
 
 @compiled(inline="always", _nrt=False)

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from swarm_envs import Simulation, load_world, world_names
-from swarm_envs.simulation.touching import CONTACT_MARGIN
+from swarm_envs.simulation.chipmunk.prediction import CONTACT_MARGIN
 from swarm_envs.worlds import Contact, Effects, RobotModel, WorldSpec
 
 Array = npt.NDArray[np.float64]

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from swarm_envs.calibration.arrays import BoolArray, FloatArray
+from swarm_envs.calibration.arrays import BoolArray
 from swarm_envs.calibration.logs.log import Log, Track
+from swarm_envs.simulation.segments import distances_to_segments, polygon_edges
 
 REACH = 0.09
 """Robots whose centres are within twice this, m, or within this of a wall may touch: any HeRo's radius, and room for error."""
@@ -19,20 +20,10 @@ def may_touch(log: Log, tracks: Sequence[Track]) -> list[BoolArray]:
     for track in tracks:
         touching = np.zeros(len(track.times), bool)
         if log.outline is not None:
-            touching |= wall_distance(track.poses[:, :2], np.array(log.outline)) < REACH
+            touching |= distances_to_segments(np.ascontiguousarray(track.poses[:, :2]), polygon_edges(np.array(log.outline))) < REACH
         for other in tracks:
             if other is not track and other.run == track.run:
                 place = np.column_stack([np.interp(track.times, other.times, other.poses[:, k]) for k in range(2)])
                 touching |= np.hypot(*(place - track.poses[:, :2]).T) < 2 * REACH
         result.append(touching)
     return result
-
-
-def wall_distance(places: FloatArray, outline: FloatArray) -> FloatArray:
-    """Return the distance (T,) in m from places (T, 2) to the nearest edge of a polygon (C, 2)."""
-    nearest = np.full(len(places), np.inf)
-    for begin, end in zip(outline, np.roll(outline, -1, axis=0), strict=True):
-        edge = end - begin
-        share = np.clip((places - begin) @ edge / max(float(edge @ edge), 1e-12), 0.0, 1.0)
-        nearest = np.minimum(nearest, np.hypot(*(places - begin - share[:, None] * edge).T))
-    return nearest

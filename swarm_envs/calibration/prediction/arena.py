@@ -18,9 +18,9 @@ from swarm_envs.calibration.arrays import BoolArray, FloatArray, IntArray
 from swarm_envs.calibration.drive.motion import FreeRun, free_run
 from swarm_envs.calibration.errors import LogError
 from swarm_envs.calibration.logs.log import Log, Track
-from swarm_envs.calibration.logs.near_contact import wall_distance
 from swarm_envs.calibration.prediction.windows import HORIZONS, NEAR, STRIDE, WindowErrors
 from swarm_envs.simulation import Simulation
+from swarm_envs.simulation.segments import distances_to_segments, polygon_edges
 from swarm_envs.worlds import Effects, WorldError, WorldSpec
 
 TICK = 0.05
@@ -188,7 +188,9 @@ def _add(found: dict[tuple[str, str], WindowErrors], track: Track, errors: Windo
 
 def _refuse_astray(log: Log, track: Track, outline: FloatArray) -> None:
     places = track.poses[:, :2]
-    outside = ~shapely.contains_xy(shapely.Polygon(outline), *places.T) & (wall_distance(places, outline) > 0.01)
+    outside = ~shapely.contains_xy(shapely.Polygon(outline), *places.T) & (
+        distances_to_segments(np.ascontiguousarray(places), polygon_edges(outline)) > 0.01
+    )
     if outside.mean() > ASTRAY:
         raise LogError(
             f"{log.name}: {outside.mean():.0%} of the poses of {track.robot} in {track.run} lie outside the outline; "

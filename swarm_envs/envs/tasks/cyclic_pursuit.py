@@ -11,6 +11,7 @@ import numpy.typing as npt
 from swarm_envs import metrics
 from swarm_envs.compiled import compiled
 from swarm_envs.envs.tasks.swarm_shape import around_centroid, evenness, in_the_open, revolution
+from swarm_envs.simulation.segments import polygon_edges
 from swarm_envs.worlds import WorldSpec
 
 FloatArray = npt.NDArray[np.float64]
@@ -29,7 +30,7 @@ def cyclic_pursuit(world: WorldSpec) -> Callable[[FloatArray, FloatArray], Float
     - open: the share of robots farther than a contact radius from the wall.
     """
     reach = world.limits.linear_speed * world.tick
-    edges, radii = metrics.polygon_edges(world.arena.outline), metrics.contact_radii(world)
+    edges, radii = polygon_edges(world.arena.outline), metrics.contact_radii(world)
 
     def rewards(before: FloatArray, after: FloatArray) -> FloatArray:
         return _rewards(before, after, reach, edges, radii)

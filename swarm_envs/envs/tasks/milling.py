@@ -11,6 +11,7 @@ import numpy.typing as npt
 from swarm_envs import metrics
 from swarm_envs.compiled import compiled
 from swarm_envs.envs.tasks.swarm_shape import around_centroid, heap_radius, in_the_open, revolution
+from swarm_envs.simulation.segments import polygon_edges
 from swarm_envs.worlds import WorldSpec
 
 FloatArray = npt.NDArray[np.float64]
@@ -32,7 +33,7 @@ def milling(world: WorldSpec) -> Callable[[FloatArray, FloatArray], FloatArray]:
     - open: the share of robots farther than a contact radius from the wall.
     """
     reach = world.limits.linear_speed * world.tick
-    edges, radii, heap = metrics.polygon_edges(world.arena.outline), metrics.contact_radii(world), heap_radius(world)
+    edges, radii, heap = polygon_edges(world.arena.outline), metrics.contact_radii(world), heap_radius(world)
 
     def rewards(before: FloatArray, after: FloatArray) -> FloatArray:
         return _rewards(before, after, reach, edges, radii, heap)

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from swarm_envs import metrics
 from swarm_envs.behaviours import HEXAGONAL_DENSITY
 from swarm_envs.compiled import compiled
+from swarm_envs.simulation.segments import nearest_segment
 from swarm_envs.worlds import WorldSpec
 
 FloatArray = npt.NDArray[np.float64]
@@ -76,23 +77,9 @@ def evenness(poses: FloatArray) -> float:
 
 
 @compiled()
-def nearest_edge(x: float, y: float, edges: FloatArray) -> tuple[float, int]:
-    """Distance in m of a point to the nearest edge (E, 4) x y x y, and that edge's index."""
-    least, nearest = math.inf, 0
-    for k in range(edges.shape[0]):
-        along_x, along_y = edges[k, 2] - edges[k, 0], edges[k, 3] - edges[k, 1]
-        share = ((x - edges[k, 0]) * along_x + (y - edges[k, 1]) * along_y) / (along_x * along_x + along_y * along_y)
-        share = min(1.0, max(0.0, share))
-        distance = math.hypot(x - edges[k, 0] - share * along_x, y - edges[k, 1] - share * along_y)
-        if distance < least:
-            least, nearest = distance, k
-    return least, nearest
-
-
-@compiled()
 def in_the_open(poses: FloatArray, edges: FloatArray, radii: FloatArray) -> float:
     """Share of robots (R, 3) whose contact disc is more than its radius away from every edge (E, 4)."""
     away = 0
     for i in range(poses.shape[0]):
-        away += nearest_edge(poses[i, 0], poses[i, 1], edges)[0] > 2 * radii[i]
+        away += nearest_segment(poses[i, 0], poses[i, 1], edges)[0] > 2 * radii[i]
     return float(away / poses.shape[0])

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from swarm_envs import metrics
 from swarm_envs.compiled import compiled
-from swarm_envs.envs.tasks.swarm_shape import nearest_edge
+from swarm_envs.simulation.segments import nearest_segment, polygon_edges
 from swarm_envs.worlds import WorldSpec
 
 FloatArray = npt.NDArray[np.float64]
@@ -24,7 +24,7 @@ def wall_following(world: WorldSpec) -> Callable[[FloatArray, FloatArray], Float
     the disc's radius.
     """
     reach = world.limits.linear_speed * world.tick
-    edges, radii = metrics.polygon_edges(world.arena.outline), metrics.contact_radii(world)
+    edges, radii = polygon_edges(world.arena.outline), metrics.contact_radii(world)
 
     def rewards(before: FloatArray, after: FloatArray) -> FloatArray:
         return _rewards(before, after, reach, edges, radii)
@@ -38,7 +38,7 @@ def _rewards(before: FloatArray, after: FloatArray, reach: float, edges: FloatAr
     for w in range(after.shape[0]):
         total = 0.0
         for i in range(after.shape[1]):
-            distance, k = nearest_edge(after[w, i, 0], after[w, i, 1], edges)
+            distance, k = nearest_segment(after[w, i, 0], after[w, i, 1], edges)
             gap = max(distance - radii[i], 0.0) / radii[i]
             wall_x, wall_y = edges[k, 2] - edges[k, 0], edges[k, 3] - edges[k, 1]
             way = (after[w, i, 0] - before[w, i, 0]) * wall_x + (after[w, i, 1] - before[w, i, 1]) * wall_y

@@ -1,27 +1,22 @@
-"""Who touches whom: for pictures, metrics, stalled wheels, and for skipping substeps when nothing is near."""
+"""When and where robots will touch, judging by what contact made of their velocities in the substep before."""
 
 from __future__ import annotations
 
 import math
 
-import numpy as np
-import numpy.typing as npt
-
 from swarm_envs.compiled import compiled
 from swarm_envs.simulation import parameters as p
 from swarm_envs.simulation.parameters import FloatArray, WorldArrays
 from swarm_envs.simulation.state import StateArrays
+from swarm_envs.simulation.trigonometry import cos_sin
 
-TOUCHING_GAP = 1e-3
-"""A gap in m below which two surfaces count as touching."""
-TOUCHES_ROBOT, TOUCHES_WALL = 1, 2
 CONTACT_MARGIN = 1e-4
 """What a robot's disc is larger in m for Chipmunk: robots that slide round each other still touch in the middle of a substep, where the
 chord of their way opens a gap of up to 0.1 mm. Touches are predicted at half of this depth, so that no contact begins on its edge."""
 UNSOLVED_APPROACH = 0.005
 """Robots that touch and approach each other at more m/s than this, as contact made them move last, were not solved together yet."""
-LARGE_SWARM = 40
-"""Swarms above this are taken to have something near at all times."""
+STEADY_COMMAND = 1e-3
+"""A robot that sets out at a speed or turn rate within this many m/s or rad/s of the tick before still does the same."""
 
 # Columns of a robot's predicted motion: as desired and as contact solved it, m/s; whether contact blocked it; by how much contact turned
 # it, rad/s; the speed and turn rate that it set out with when contact was last solved.
@@ -29,34 +24,26 @@ DESIRED_X, DESIRED_Y, SOLVED_X, SOLVED_Y, BLOCKED, TURN_BY_CONTACT, LAST_SPEED, 
 
 
 @compiled(forceinline=True, _nrt=False)
-def robots_within(world: WorldArrays, poses: FloatArray, i: int, j: int, margin: float) -> bool:
-    """Whether the gap between two robots is below ``margin`` m."""
-    dx, dy = poses[j, 0] - poses[i, 0], poses[j, 1] - poses[i, 1]
-    near = world.robots[i, p.RADIUS] + world.robots[j, p.RADIUS] + margin
-    return bool(dx * dx + dy * dy < near * near)
+def commands_changed(world: WorldArrays, state: StateArrays, w: int, predicted: FloatArray) -> bool:
+    """Whether any robot sets out otherwise than in the tick before; note how."""
+    found = False
+    for i in range(predicted.shape[0]):
+        for k in range(2):
+            now = state.latched_commands[w, i, k] if world.ideal_drive else state.drive_velocity[w, i, k]
+            found = found or abs(now - predicted[i, LAST_SPEED + k]) > STEADY_COMMAND
+            predicted[i, LAST_SPEED + k] = now
+    return found
 
 
 @compiled(forceinline=True, _nrt=False)
-def wall_within(world: WorldArrays, poses: FloatArray, i: int, e: int, margin: float) -> bool:
-    """Whether the gap between a robot and a wall is below ``margin`` m."""
-    walls = world.walls
-    near = world.robots[i, p.RADIUS] + margin
-    px, py = poses[i, 0] - walls[e, p.START_X], poses[i, 1] - walls[e, p.START_Y]
-    ux, uy = walls[e, p.ALONG_X], walls[e, p.ALONG_Y]
-    across = ux * py - uy * px
-    if across > near or across < -near:
-        return False
-    along = px * ux + py * uy
-    over = along - min(max(along, 0.0), walls[e, p.LENGTH])
-    return bool(across * across + over * over < near * near)
-
-
-@compiled(forceinline=True, _nrt=False)
-def beyond_end(world: WorldArrays, poses: FloatArray, i: int, e: int) -> bool:
-    """Whether a robot's centre lies past an end of a wall, so that it could only touch that end."""
-    walls = world.walls
-    along = (poses[i, 0] - walls[e, p.START_X]) * walls[e, p.ALONG_X] + (poses[i, 1] - walls[e, p.START_Y]) * walls[e, p.ALONG_Y]
-    return bool(along < 0.0 or along > walls[e, p.LENGTH])
+def predict_velocities(world: WorldArrays, state: StateArrays, w: int, predicted: FloatArray) -> None:
+    """Write the velocities with which robots set out: the desired ones, and as contact lets those that it blocked."""
+    for i in range(predicted.shape[0]):
+        c, s = cos_sin(state.poses[w, i, 2])
+        speed = state.latched_commands[w, i, 0] if world.ideal_drive else state.drive_velocity[w, i, 0]
+        predicted[i, DESIRED_X], predicted[i, DESIRED_Y] = speed * c, speed * s
+        if predicted[i, BLOCKED] == 0.0:
+            predicted[i, SOLVED_X], predicted[i, SOLVED_Y] = predicted[i, DESIRED_X], predicted[i, DESIRED_Y]
 
 
 @compiled(forceinline=True, _nrt=False)
@@ -143,34 +130,20 @@ def contacts_persist(world: WorldArrays, poses: FloatArray, predicted: FloatArra
     return True
 
 
-@compiled()
-def touching(world: WorldArrays, poses: FloatArray) -> npt.NDArray[np.uint8]:
-    """Return for each robot (R,) whether it touches a robot (bit 0) and a wall (bit 1)."""
-    count = poses.shape[0]
-    flags = np.zeros(count, np.uint8)
-    for i in range(count):
-        for j in range(i):
-            if robots_within(world, poses, i, j, TOUCHING_GAP):
-                flags[i] |= TOUCHES_ROBOT
-                flags[j] |= TOUCHES_ROBOT
-        for e in range(world.walls.shape[0]):
-            if wall_within(world, poses, i, e, TOUCHING_GAP):
-                flags[i] |= TOUCHES_WALL
-    return flags
+@compiled(forceinline=True, _nrt=False)
+def turn_to_midpoint(desired: FloatArray, predicted: FloatArray, duration: float) -> None:
+    """Turn desired velocities as far as contact, judging by the last substep, turns robots until the middle of the next ``duration`` s."""
+    for i in range(desired.shape[0]):
+        if predicted[i, TURN_BY_CONTACT] != 0.0:
+            c, s = cos_sin(0.5 * duration * predicted[i, TURN_BY_CONTACT])
+            desired[i, 0], desired[i, 1] = c * desired[i, 0] - s * desired[i, 1], s * desired[i, 0] + c * desired[i, 1]
 
 
-@compiled(_nrt=False)
-def stall_wheels(world: WorldArrays, state: StateArrays, w: int) -> None:
-    """Mark the robots of world ``w`` that another robot touches on a wheel: a bare body's servos stall (paper, Bump Shield)."""
-    poses = state.poses[w]
-    for i in range(poses.shape[0]):
-        state.stalled[w, i] = 0
-        half_angle = world.robots[i, p.STALL_HALF_ANGLE]
-        if half_angle == 0.0:
-            continue
-        for j in range(poses.shape[0]):
-            if j != i and robots_within(world, poses, i, j, TOUCHING_GAP):
-                bearing = math.atan2(poses[j, 1] - poses[i, 1], poses[j, 0] - poses[i, 0]) - poses[i, 2]
-                # the axle lies across the heading: a touch near +-90 degrees is on a wheel
-                if abs(math.cos(bearing)) < math.sin(half_angle):
-                    state.stalled[w, i] = 1
+@compiled(forceinline=True, _nrt=False)
+def record_solution(predicted: FloatArray, desired: FloatArray, values: FloatArray) -> None:
+    """Note what contact made of the desired velocities."""
+    for i in range(predicted.shape[0]):
+        vx, vy = values[6 * i + 3], values[6 * i + 4]
+        predicted[i, BLOCKED] = vx != desired[i, 0] or vy != desired[i, 1]
+        predicted[i, SOLVED_X], predicted[i, SOLVED_Y] = vx, vy
+        predicted[i, TURN_BY_CONTACT] = values[6 * i + 5] - desired[i, 2]
