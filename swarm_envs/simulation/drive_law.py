@@ -17,13 +17,13 @@ from swarm_envs.simulation.trigonometry import sinc
 from swarm_envs.worlds import Effects
 
 
-@compiled(_nrt=False)
+@compiled(forceinline=True, _nrt=False)
 def time_of_effect(effects: Effects, given: float) -> float:
     """Return when a command acts that was given at a time in s."""
     return given + effects.dead_time
 
 
-@compiled(_nrt=False)
+@compiled(forceinline=True, _nrt=False)
 def ticks_of_delay(effects: Effects, tick: float) -> tuple[int, float]:
     """Return how late commands act that are given at the start of ticks of ``tick`` s: whole ticks, and the share of one more."""
     late = effects.dead_time / tick
@@ -31,7 +31,7 @@ def ticks_of_delay(effects: Effects, tick: float) -> tuple[int, float]:
     return math.floor(late + 1e-9), 0.0 if share < 1e-9 or share > 1.0 - 1e-9 else share
 
 
-@compiled(_nrt=False)
+@compiled(forceinline=True, _nrt=False)
 def goal_velocity(
     effects: Effects, wheel_base: float, linear_factor: float, angular_factor: float, v: float, omega: float, now: float, unit: float
 ) -> tuple[float, float]:
@@ -55,7 +55,7 @@ def goal_velocity(
     return clip_rims(v, omega, effects.saturation, wheel_base)
 
 
-@compiled(_nrt=False)
+@compiled(forceinline=True, _nrt=False)
 def stand_below_deadband(v: float, omega: float, threshold: float, wheel_base: float) -> tuple[float, float]:
     """Stop each wheel whose rim is asked for less than ``threshold`` m/s."""
     if threshold == 0.0:
@@ -67,7 +67,7 @@ def stand_below_deadband(v: float, omega: float, threshold: float, wheel_base: f
     return 0.5 * (left + right), (right - left) / wheel_base
 
 
-@compiled(_nrt=False)
+@compiled(forceinline=True, _nrt=False)
 def clip_rims(v: float, omega: float, limit: float, wheel_base: float) -> tuple[float, float]:
     """Clip the rim speed of each wheel to ``limit`` m/s."""
     if limit == math.inf:
@@ -77,7 +77,7 @@ def clip_rims(v: float, omega: float, limit: float, wheel_base: float) -> tuple[
     return 0.5 * (left + right), (right - left) / wheel_base
 
 
-@compiled(_nrt=False)
+@compiled(forceinline=True, _nrt=False)
 def motion_toward(
     effects: Effects, goal_v: float, goal_omega: float, motor_v: float, motor_omega: float, duration: float
 ) -> tuple[float, float, float, float]:
@@ -101,7 +101,7 @@ def motion_toward(
     return chord_speed(v, half_turn) * duration, half_turn, motor_v, motor_omega
 
 
-@compiled(_nrt=False)
+@compiled(forceinline=True, _nrt=False)
 def first_order(now: float, goal: float, duration: float, time_constant: float) -> tuple[float, float]:
     """Return a first-order response's mean over ``duration`` s and its value after them."""
     if time_constant == 0.0:
@@ -122,13 +122,13 @@ def asks_to_move(goal_v: float, goal_omega: float) -> bool:
     return goal_v != 0.0 or goal_omega != 0.0
 
 
-@compiled(_nrt=False)
+@compiled(forceinline=True, _nrt=False)
 def start_kick(effects: Effects, draw: float) -> float:
     """Return the turn in rad at a start from rest, for a draw from the standard normal distribution."""
     return effects.start_kick_mean + effects.start_kick_sd * draw
 
 
-@compiled(_nrt=False)
+@compiled(forceinline=True, _nrt=False)
 def floor_drift(effects: Effects, duration: float) -> tuple[float, float]:
     """Return how far in m the floor carries a robot that is asked to move, along x and y of the arena, in ``duration`` s."""
     return effects.floor_drift_x * duration, effects.floor_drift_y * duration

@@ -8,36 +8,36 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterable, Sequence
-from typing import Any, TypeVar, cast
+from functools import cache
+from typing import Any
 
 import numba
 import numpy as np
+import numpy.typing as npt
 
 from swarm_envs.worlds import Effects
 
-E = TypeVar("E", bound=Effects)
 
-
+@cache
 def row_type(declaration: type[Effects]) -> np.dtype[Any]:
-    """Return the type of an array of records: one float per field of a dataclass, in the order of declaration."""
+    """Return the type of a record: one float per field of a dataclass, in the order of declaration.
+
+    The same object each time, by which numba knows it.
+    """
     return np.dtype([(field.name, np.float64) for field in dataclasses.fields(declaration)])
 
 
-def effect_rows(effects: Iterable[E], declaration: type[E]) -> Sequence[E]:
+def effect_rows(effects: Iterable[Effects]) -> Sequence[Effects]:
     """Return (R,) records with the numbers of R robots.
 
     Compiled code reads a row as it reads the dataclass, ``rows[i].dead_time``; hence the type.
-
-    Args:
-        effects: The robots' effects.
-        declaration: Their class.
     """
-    numbers = [dataclasses.astuple(each) for each in effects]
-    return as_rows(np.array(numbers, np.float64), declaration)
+    rows: Sequence[Effects] = as_rows(np.array([dataclasses.astuple(each) for each in effects], np.float64), row_type(Effects))
+    return rows
 
 
-def as_rows(numbers: np.ndarray[Any, np.dtype[np.float64]], declaration: type[E]) -> Sequence[E]:
-    """Return numbers (R, E), in the order of the declaration, as (R,) records, without a copy."""
-    rows = np.ascontiguousarray(numbers).view(row_type(declaration))[:, 0]
+def as_rows(numbers: npt.NDArray[np.float64], row: np.dtype[Any]) -> Any:
+    """Return numbers (R, E) as (R,) records of a type, without a copy."""
+    rows = np.ascontiguousarray(numbers).view(row)[:, 0]
     # not compiled, as in tests of a changed law, numpy's records want to be asked for their fields' names
-    return cast(Sequence[E], rows.view(np.recarray) if numba.config.DISABLE_JIT else rows)
+    return rows.view(np.recarray) if numba.config.DISABLE_JIT else rows

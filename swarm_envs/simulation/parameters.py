@@ -105,13 +105,13 @@ def compile_world(world: WorldSpec) -> WorldArrays:
     return WorldArrays(
         tick=world.tick,
         robots=robots,
-        effects=effect_rows(effects, Effects),
+        effects=effect_rows(effects),
         sensors=sensors,
         contact=contact,
         walls=_directed(np.concatenate(walls)),
         opaque=np.ascontiguousarray(np.concatenate(opaque)),
         objects=_object_rows(world),
-        ideal_drive=all(each.neutral(ActsOn.DRIVE) for each in effects) and not np.any(robots[:, STALL_HALF_ANGLE]),
+        ideal_drive=all(each.neutral(ActsOn.DRIVE, ActsOn.SPREAD) for each in effects) and not np.any(robots[:, STALL_HALF_ANGLE]),
         ideal_sensing=all(each.neutral(ActsOn.READING) for each in effects)
         and bool(np.all(sensors[:, :, PERIOD_TICKS] == 1))
         and not np.any(sensors[:, :, [OCCLUSION, SEES_OBJECTS]]),

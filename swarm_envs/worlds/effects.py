@@ -24,6 +24,8 @@ class ActsOn(Enum):
 
     DRIVE = "drive"
     """The way from a command to motion."""
+    SPREAD = "spread"
+    """How the drives of robots of one kind differ."""
     READING = "reading"
     """The way from what is in view to what a controller reads."""
     MOUNTING = "mounting"
@@ -78,9 +80,9 @@ class Effects:
     """Standard deviation of the turn at each start from rest."""
     turning_slows: float = effect("s/rad", 0.0, ActsOn.DRIVE, 0.0, 10.0)
     """Forward speed falls with the commanded turn: v *= 1 - turning_slows * abs(omega), never below zero."""
-    linear_gain_spread: float = effect("1", 0.0, ActsOn.DRIVE, 0.0, 1.0)
+    linear_gain_spread: float = effect("1", 0.0, ActsOn.SPREAD, 0.0, 1.0)
     """Standard deviation, over robots, of a factor on the linear gain with mean one."""
-    angular_gain_spread: float = effect("1", 0.0, ActsOn.DRIVE, 0.0, 1.0)
+    angular_gain_spread: float = effect("1", 0.0, ActsOn.SPREAD, 0.0, 1.0)
     """Standard deviation, over robots, of a factor on the angular gain with mean one."""
     sensor_yaw: float = effect("rad", 0.0, ActsOn.MOUNTING, -math.pi, math.pi, search=(-1.5, 1.5))
     """Every sensor of the robot is mounted turned by this, counter-clockwise."""
@@ -97,6 +99,6 @@ class Effects:
     sensor_delay: float = effect("s", 0.0, ActsOn.READING, 0.0, 3.0, search=(0.0, 1.5))
     """A reading reaches the controller this much late (rounded to whole ticks)."""
 
-    def neutral(self, acts_on: ActsOn) -> bool:
+    def neutral(self, *acts_on: ActsOn) -> bool:
         """Whether no effect that acts there departs from the ideal."""
-        return all(getattr(self, f.name) == f.default for f in dataclasses.fields(self) if f.metadata["acts_on"] is acts_on)
+        return all(getattr(self, f.name) == f.default for f in dataclasses.fields(Effects) if f.metadata["acts_on"] in acts_on)

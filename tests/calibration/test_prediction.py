@@ -11,7 +11,8 @@ import pytest
 from swarm_envs import Simulation, load_world
 from swarm_envs.calibration import Log, Track, evaluate
 from swarm_envs.calibration.command import main
-from swarm_envs.calibration.drive.motion import drive_parameters, free_run
+from swarm_envs.calibration.drive.motion import free_run
+from swarm_envs.calibration.drive.parameters import drive_parameters
 
 WIDE = [[-50, -50], [50, -50], [50, 50], [-50, 50]]
 EFFECTS: list[dict[str, float]] = [

@@ -11,7 +11,7 @@ from swarm_envs import WorldSpec, load_world, rollouts
 from swarm_envs.calibration import Log, Track, calibrate
 from swarm_envs.calibration.drive.fitting import Model
 from swarm_envs.calibration.drive.measured import measured
-from swarm_envs.calibration.drive.motion import drive_parameters
+from swarm_envs.calibration.drive.parameters import drive_parameters
 from swarm_envs.calibration.validation.gain import Gain
 from swarm_envs.calibration.validation.swarm import controller_of, swarm_gain
 

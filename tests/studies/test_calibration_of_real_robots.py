@@ -8,7 +8,8 @@ import pytest
 from docs.studies.calibration_of_real_robots.study import Step, onset, plain, response, steps, turns
 from swarm_envs import load_world
 from swarm_envs.calibration import Log, Track
-from swarm_envs.calibration.drive.motion import drive_parameters, free_run
+from swarm_envs.calibration.drive.motion import free_run
+from swarm_envs.calibration.drive.parameters import drive_parameters
 
 TIMES = np.arange(0.0, 12.0, 1 / 60)
 COMMANDS = [(0.0, 0.0, 0.0), (2.0, 0.05, 0.0), (5.0, 0.0, 0.0), (7.0, 0.0, 0.8), (9.0, 0.0, 0.0)]

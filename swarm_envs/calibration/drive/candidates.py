@@ -9,7 +9,7 @@ import numpy as np
 
 from swarm_envs.calibration.arrays import FloatArray
 from swarm_envs.calibration.drive.measured import Measured
-from swarm_envs.calibration.drive.motion import INDEX
+from swarm_envs.calibration.drive.parameters import INDEX
 
 Grid = Callable[[FloatArray, Measured], list[tuple[float, ...]]]
 """From the present parameters and the data to places from which to search."""
@@ -22,7 +22,7 @@ class Parameter:
     name: str
     """As the findings call it."""
     field: str
-    """Name in :data:`swarm_envs.calibration.drive.motion.PARAMETERS`."""
+    """Name in :data:`swarm_envs.calibration.drive.parameters.PARAMETERS`."""
     unit: str
     """SI unit."""
     low: float

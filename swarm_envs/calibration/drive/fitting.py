@@ -10,9 +10,11 @@ import numpy as np
 
 from swarm_envs.calibration.arrays import FloatArray
 from swarm_envs.calibration.drive.candidates import Parameter
-from swarm_envs.calibration.drive.filter import NOISE, Filtered, filter_log, information
+from swarm_envs.calibration.drive.filter import Filtered, filter_log
+from swarm_envs.calibration.drive.information import information
 from swarm_envs.calibration.drive.measured import Measured
-from swarm_envs.calibration.drive.motion import PARAMETERS
+from swarm_envs.calibration.drive.noise import NOISE
+from swarm_envs.calibration.drive.parameters import PARAMETERS
 
 NOISE_BOUNDS = (np.log(1e-6), np.log(10.0))
 """Of the logarithms of the noise's standard deviations."""
@@ -27,15 +29,15 @@ class Model:
     """A drive with its noise."""
 
     parameters: FloatArray
-    """(16,) in the order of :data:`swarm_envs.calibration.drive.motion.PARAMETERS`."""
+    """(P,) in the order of :data:`swarm_envs.calibration.drive.parameters.PARAMETERS`."""
     noise: FloatArray
-    """(5,) standard deviations, see :data:`swarm_envs.calibration.drive.filter.NOISE`."""
+    """(5,) standard deviations, see :data:`swarm_envs.calibration.drive.noise.NOISE`."""
     gains: FloatArray
     """(R, 2) each robot's own factors on both gains."""
 
     @property
     def vector(self) -> FloatArray:
-        """(16 + 5 + 2R,) all that may be fitted: parameters, logarithms of the noise, factors."""
+        """(P + 5 + 2R,) all that may be fitted: parameters, logarithms of the noise, factors."""
         return np.concatenate([self.parameters, np.log(self.noise), self.gains.ravel()])
 
     @classmethod

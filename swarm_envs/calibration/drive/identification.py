@@ -14,10 +14,11 @@ from scipy.stats import f as f_distribution
 
 from swarm_envs.calibration.arrays import FloatArray
 from swarm_envs.calibration.drive.candidates import BY_NAME, DRIVE_CANDIDATES, Candidate, Parameter, rim_speeds, thresholds
-from swarm_envs.calibration.drive.filter import ALONG
 from swarm_envs.calibration.drive.fitting import NOISE_FREE, Fit, Free, Model, block_sums, fit, free, free_gains, inverse
 from swarm_envs.calibration.drive.measured import Measured, measured
-from swarm_envs.calibration.drive.motion import ANGULAR_GAIN, LINEAR_GAIN, drive_parameters, free_run
+from swarm_envs.calibration.drive.motion import free_run
+from swarm_envs.calibration.drive.noise import ALONG
+from swarm_envs.calibration.drive.parameters import INDEX, drive_parameters
 from swarm_envs.calibration.logs.log import Log, tracked
 from swarm_envs.calibration.selection.causes import CLOSE, SIGNIFICANT, Cause, Estimate
 from swarm_envs.calibration.selection.profile import edge
@@ -96,8 +97,8 @@ class Search:
         rough = rough_gains(log, base)
         if log.driver_units or any(not 0.05 < ratio < 20.0 for ratio in rough if np.isfinite(ratio)):
             self.gains_first = True
-            base[LINEAR_GAIN] *= rough[0] if np.isfinite(rough[0]) else 1.0
-            base[ANGULAR_GAIN] *= rough[1] if np.isfinite(rough[1]) else 1.0
+            base[INDEX["linear_gain"]] *= rough[0] if np.isfinite(rough[0]) else 1.0
+            base[INDEX["angular_gain"]] *= rough[1] if np.isfinite(rough[1]) else 1.0
         self.base = base
         self.named: list[str] = []
         self.records: dict[str, tuple[float, float]] = {}

@@ -5,12 +5,26 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from swarm_envs.calibration.arrays import BoolArray, FloatArray, IntArray
 from swarm_envs.calibration.logs.log import Log, tracked
 from swarm_envs.calibration.logs.near_contact import may_touch
+
+
+class MeasuredArrays(NamedTuple):
+    """The part of :class:`Measured` that compiled code takes; the same names."""
+
+    times: FloatArray
+    poses: FloatArray
+    first: IntArray
+    command_times: FloatArray
+    commands: FloatArray
+    command_first: IntArray
+    touching: BoolArray
+    robot: IntArray
 
 
 @dataclass(frozen=True)
@@ -30,7 +44,7 @@ class Measured:
     command_first: IntArray
     """(P + 1,) index of each piece's first command; a piece has all commands of its run."""
     touching: BoolArray
-    """(N,) whether the robot may be in contact there; such poses are not predicted, the filter starts anew after them."""
+    """(N,) whether the robot may be in contact there; such poses are not predicted, the filter starts again after them."""
     robot: IntArray
     """(P,) index of the robot."""
     run: IntArray
@@ -39,6 +53,11 @@ class Measured:
     """Names of the robots."""
     runs: tuple[str, ...]
     """Names of the groups."""
+
+    @property
+    def arrays(self) -> MeasuredArrays:
+        """What compiled code takes of it."""
+        return MeasuredArrays(*(getattr(self, name) for name in MeasuredArrays._fields))
 
     def of_runs(self, runs: Sequence[int]) -> Measured:
         """Return the pieces of some groups only."""

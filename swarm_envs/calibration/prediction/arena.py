@@ -68,7 +68,7 @@ def motion(
     """Return what the drives of a run's robots do from a time in s on, by their commands alone.
 
     Args:
-        parameters: (16,) of the drive.
+        parameters: (P,) of the drive.
         tracks: The robots of one run.
         begin: Time of the first tick's start.
         ticks: T.
@@ -123,7 +123,7 @@ def enclosed_errors(
     Args:
         log: With an outline.
         world: Its robots' bodies and its contact meet the walls.
-        parameters: (16,) of the drive.
+        parameters: (P,) of the drive.
         gains: (2,) by robot, its own factors on both gains.
         runs: Only these runs; all by default.
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from swarm_envs.calibration.arrays import FloatArray
-from swarm_envs.calibration.drive.motion import drive_parameters
+from swarm_envs.calibration.drive.parameters import drive_parameters
 from swarm_envs.calibration.errors import LogError
 from swarm_envs.calibration.logs.log import Log, Track, tracked
 from swarm_envs.calibration.logs.reading import read_log
@@ -25,7 +25,7 @@ def predictor(
     Args:
         log: The log; with an outline, prediction knows walls and the other robots.
         world: Whose bodies and contact meet them.
-        parameters: (16,) of the drive.
+        parameters: (P,) of the drive.
         gains: (2,) by robot, its own factors on both gains.
         runs: Only tracks of these runs will be asked for; all by default.
     """

@@ -47,7 +47,7 @@ def window_errors(parameters: FloatArray, track: Track, horizon: float, gain: Fl
     """Return the errors of a drive's prediction of one track.
 
     Args:
-        parameters: (16,) of the drive.
+        parameters: (P,) of the drive.
         track: The track.
         horizon: Length of the windows in s.
         gain: (2,) the robot's own factors on both gains.

@@ -10,7 +10,8 @@ import numpy as np
 from swarm_envs.calibration.arrays import FloatArray
 from swarm_envs.calibration.drive.fitting import Model
 from swarm_envs.calibration.drive.measured import Measured, run_of
-from swarm_envs.calibration.drive.motion import drive_parameters, free_run
+from swarm_envs.calibration.drive.motion import free_run
+from swarm_envs.calibration.drive.parameters import drive_parameters
 from swarm_envs.calibration.logs.log import Log, Track
 from swarm_envs.calibration.prediction.arena import TICK, at, enclosed_world, motion, replay
 from swarm_envs.worlds import WorldSpec

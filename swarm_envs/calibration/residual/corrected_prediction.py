@@ -10,7 +10,8 @@ import numpy as np
 
 from swarm_envs.calibration.arrays import FloatArray, IntArray
 from swarm_envs.calibration.drive.fitting import BLOCK, Model
-from swarm_envs.calibration.drive.motion import MARKER_YAW, free_run
+from swarm_envs.calibration.drive.motion import free_run
+from swarm_envs.calibration.drive.parameters import INDEX
 from swarm_envs.calibration.logs.log import Log, Track, tracked
 from swarm_envs.calibration.prediction.windows import HORIZONS, rms, windows
 from swarm_envs.calibration.residual.corrections import Circumstances, Term, corrections
@@ -92,7 +93,7 @@ def predict(
         terms: The corrections.
         group: (W,) the held-out group of each window, for corrections fitted without it; None for those fitted to all.
     """
-    gain, yaw = model.gains[robot], float(model.parameters[MARKER_YAW])
+    gain, yaw = model.gains[robot], float(model.parameters[INDEX["marker_yaw"]])
     begin, end = track.times[first], track.times[last]
     fine = np.arange(begin.min(), end.max() + 0.02, 0.02)
     run = free_run(model.parameters, dataclasses.replace(track, times=fine), gain)

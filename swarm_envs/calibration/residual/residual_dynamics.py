@@ -19,9 +19,9 @@ import numpy as np
 
 from swarm_envs.calibration.arrays import FloatArray
 from swarm_envs.calibration.drive.candidates import BY_NAME
-from swarm_envs.calibration.drive.filter import HEADING, PLACE
 from swarm_envs.calibration.drive.fitting import Model
 from swarm_envs.calibration.drive.identification import Identified
+from swarm_envs.calibration.drive.noise import HEADING, PLACE
 from swarm_envs.calibration.logs.log import Log
 from swarm_envs.calibration.prediction.windows import rms
 from swarm_envs.calibration.residual.corrected_prediction import Errors, heldout_errors

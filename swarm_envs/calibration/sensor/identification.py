@@ -16,11 +16,11 @@ from scipy.special import ndtr
 from scipy.stats import chi2
 
 from swarm_envs.calibration.arrays import BoolArray, FloatArray
-from swarm_envs.calibration.drive.filter import HEADING, PLACE
 from swarm_envs.calibration.drive.fitting import Model
 from swarm_envs.calibration.drive.identification import Identified
 from swarm_envs.calibration.drive.lost_commands import delivered
 from swarm_envs.calibration.drive.motion import free_run
+from swarm_envs.calibration.drive.noise import HEADING, PLACE
 from swarm_envs.calibration.logs.log import Log, Track
 from swarm_envs.calibration.logs.near_contact import may_touch
 from swarm_envs.calibration.selection.causes import CLOSE, SIGNIFICANT, Cause, Estimate

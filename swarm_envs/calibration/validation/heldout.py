@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from swarm_envs.calibration.arrays import BoolArray, FloatArray
-from swarm_envs.calibration.drive.filter import HEADING, PLACE
 from swarm_envs.calibration.drive.fitting import Model
 from swarm_envs.calibration.drive.measured import Measured, run_of
+from swarm_envs.calibration.drive.noise import HEADING, PLACE
 from swarm_envs.calibration.logs.log import Log, Track, tracked
 from swarm_envs.calibration.prediction.evaluation import predictor
 from swarm_envs.calibration.prediction.reference import reference_errors

@@ -19,10 +19,10 @@ import numpy as np
 
 from swarm_envs import behaviours, metrics
 from swarm_envs.calibration.arrays import BoolArray, FloatArray, IntArray
-from swarm_envs.calibration.drive.filter import HEADING, PLACE
 from swarm_envs.calibration.drive.fitting import Model
 from swarm_envs.calibration.drive.measured import Measured, run_of
-from swarm_envs.calibration.drive.motion import PARAMETERS, drive_parameters
+from swarm_envs.calibration.drive.noise import HEADING, PLACE
+from swarm_envs.calibration.drive.parameters import drive_parameters, with_drive
 from swarm_envs.calibration.logs.log import Log, Track
 from swarm_envs.calibration.prediction.arena import TICK, at, enclosed_world, motion, replay
 from swarm_envs.calibration.validation.gain import Gain, bootstrap
@@ -149,11 +149,6 @@ def controller_of(tracks: Sequence[Track]) -> FloatArray | None:
 # simulations
 
 
-def _after(extended: WorldSpec, model: Model) -> WorldSpec:
-    """Return the extended world with another drive."""
-    return extended.with_effects(**dict(zip(PARAMETERS[:-2], map(float, model.parameters[:-2]), strict=True)))
-
-
 def _replay(log: Log, run: SwarmRun, world: WorldSpec, parameters: FloatArray, gains: dict[str, FloatArray] | None) -> FloatArray:
     """Return the frames (1, F, R, 3) of a run whose commands are replayed from its first poses."""
     ticks = EVERY * (len(run.frames) - 1)
@@ -223,7 +218,7 @@ def _closed_loop(log: Log, runs: Sequence[SwarmRun], world: WorldSpec, extended:
     for seed, run in enumerate(runs):
         if run.controller is None:
             continue
-        before, after = (_controlled(log, run, spec, seed) for spec in (world, _after(extended, run.model)))
+        before, after = (_controlled(log, run, spec, seed) for spec in (world, with_drive(extended, run.model.parameters)))
         if before is None or after is None:
             continue
         judged = enclosed_world(extended, log.outline, len(run.tracks)).replace(tick=EVERY * TICK)
@@ -264,7 +259,7 @@ def _detections(runs: Sequence[SwarmRun], world: WorldSpec, extended: WorldSpec)
     for seed, run in enumerate(runs):
         if not all(len(track.detection_times) for track in run.tracks):
             continue
-        calibrated = _after(extended, run.model)
+        calibrated = with_drive(extended, run.model.parameters)
         times = _reading_times(run, max(_sensor_delay(world), _sensor_delay(calibrated)))
         true = _reported(run, times)
         before = _simulated(run, times, world, drive_parameters(world), 2 * seed)
