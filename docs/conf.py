@@ -34,7 +34,7 @@ REACHABLE = [
     (r"<pre>", '<pre tabindex="0">'),
     (r'<div class="table-wrapper', '<div tabindex="0" class="table-wrapper'),
 ]
-"""What the theme's pages lack for who cannot see or point: names, a level, and keys for what scrolls sideways."""
+"""What the theme's pages lack for readers who use a screen reader or keys: names, a heading level, focus on what scrolls sideways."""
 
 
 def keep_signs(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:

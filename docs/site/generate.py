@@ -63,7 +63,7 @@ def numbers(values: list[float]) -> str:
 
 
 def clip(preset: dict[str, Any], up: str = "../") -> str:
-    """Return a clip as HTML: it loads when it is scrolled to, and stands still for who prefers that."""
+    """Return a clip as HTML: it loads when it is scrolled to, and stands still for readers who prefer that."""
     file = f"{up}_static/clips/{clip_name(preset)}"
     text = f"Eight robots from above, {preset['behaviour']} in the world {preset['world']}"
     return (
@@ -115,7 +115,7 @@ def environment_page(name: str, task: str | None) -> str:
         ("Reward", "0.0" if task is None else "from 0 to 1 each tick"),
         ("Episode", f"{env.spec.max_episode_steps if env.spec else 600} ticks of {env.unwrapped.world.tick:g} s"),  # type: ignore[attr-defined]
         ("Import", f'`import gymnasium as gym, swarm_envs; env = gym.make("{name}")`'),
-        ("An agent a robot", f'`pettingzoo.make("parallel", "{name}")`'),
+        ("One agent per robot", f'`pettingzoo.make("parallel", "{name}")`'),
         ("Many swarms", f'`gym.make_vec("{name}", num_envs=256, vectorization_mode="vector_entry_point")`'),
     ]
     env.close()
@@ -149,7 +149,7 @@ def environment_index() -> str:
     tree = "\n".join(f"{name} <{slug(name)}>" for name in ENVIRONMENTS)
     return (
         "# Environments\n\nOne swarm, six ids, each in Gymnasium and in PettingZoo, scalar and vectorised. The clips run at ten times "
-        "the robots' speed; lines are detection beams and trails of 12 s.\n\n::::{grid} 1 2 2 3\n:gutter: 3\n\n"
+        "the robots' speed; lines show the sensors' beams and trails of 12 s.\n\n::::{grid} 1 2 2 3\n:gutter: 3\n\n"
         + "\n".join(cards)
         + f"::::\n\n```{{toctree}}\n:hidden:\n\n{tree}\n```\n"
     )
@@ -203,10 +203,10 @@ env = gym.make("HeRo/Swarm-v0", world="{world.name}")
         parts += ["## Behaviours", clip_gallery(presets)]
     parts += [
         "## Constants",
-        "Each number of the world file and of its robot, with its unit and where it comes from.",
+        "Each number of the world file and of its robot, with its unit and its source.",
         constants_table(world),
     ]
-    parts += ["Numbers that the files leave out keep the defaults of {class}`swarm_envs.WorldSpec`."]
+    parts += ["Numbers that the files omit keep the defaults of {class}`swarm_envs.WorldSpec`."]
     return "\n\n".join(parts).rstrip() + "\n"
 
 
@@ -222,7 +222,7 @@ def world_index() -> str:
         )
     tree = "\n".join(swarm_envs.world_names())
     return (
-        "# Worlds\n\nA world is a file of numbers, each with its unit and its source; a world of your own is a path instead of a name.\n\n"
+        "# Worlds\n\nA world is a file of numbers, each with its unit and its source; [your own](../guides/own_world.md) is given by its path.\n\n"
         + "\n".join(rows)
         + f"\n\n```{{toctree}}\n:hidden:\n\n{tree}\n```\n"
     )
@@ -257,8 +257,8 @@ def playground_data() -> str:
 
 
 def medoid_table(data: dict[str, Any]) -> str:
-    """Return the atlas's medoids as a table, for who cannot use the map."""
-    rows = ["| no. | behaviour | share | nobody in view | a robot in view | other engine | play |", "|---|---|---|---|---|---|---|"]
+    """Return the atlas's medoids as a table, for readers who cannot use the map."""
+    rows = ["| no. | behaviour | share | no robot in view | a robot in view | other engine | play |", "|---|---|---|---|---|---|---|"]
     world, genes, labels = data["run"]["world"], atlas.controllers(data), atlas.labels(data)
     for number, medoid in enumerate(data["medoids"], 1):
         row, (seed, index) = medoid["row"], atlas.start_of(data, medoid["row"])
@@ -283,10 +283,10 @@ def atlas_page(data: dict[str, Any]) -> str:
     commit = f", commit `{run['commit'][:10]}`" if run["commit"] else ""
     return f"""# Behaviour atlas
 
-What can eight robots with four numbers do? Each point is one of the {run["evaluations"]:,} controllers that a discovery run
-evaluated in [{run["world"]}](worlds/{run["world"]}.md). Near on the map is alike to the run's encoder; colours are the
-[rules' names](guides/behaviours.md). Point at one to see what it does, click to keep it. Numbered rings are the
-{len(data["medoids"])} medoids that stand for all.
+What can eight robots do with four numbers? Each point is one of the {run["evaluations"]:,} controllers that a discovery run
+evaluated in [{run["world"]}](worlds/{run["world"]}.md). Points that are close on the map are similar to the run's encoder; colours are the
+[labels by rules](guides/behaviours.md). Point at one to watch it, click to keep it. Numbered rings are the
+{len(data["medoids"])} medoids, which represent all of them.
 
 ```{{raw}} html
 :file: site/atlas_map.html
@@ -296,7 +296,7 @@ evaluated in [{run["world"]}](worlds/{run["world"]}.md). Near on the map is alik
 
 {medoid_table(data)}
 
-*Share* is the part of the archive that a medoid stands for. *Confirms* means that most runs from five new starts get the same
+*Share* is the part of the archive that a medoid represents. *Confirms* means that most runs from five new starts get the same
 name from both engines.
 
 ## Where the data come from
@@ -312,8 +312,8 @@ for {run["epochs"]} epochs on {run["videos"]:,} videos in batches of {run["batch
 search made 5,000 evaluations, too; its encoder was trained for 100 epochs on 6,000 videos in batches of 1,000, starting from
 ImageNet weights.
 {_handed_over(run["handed_over"])}
-The map is t-SNE of the {run["evaluations"]:,} embeddings: neighbours mean something, distances across the map and the axes do not.
-A picture here is the run's controller from the run's start, with contact solved [in the browser](design.md#the-playground); the
+The map is t-SNE of the {run["evaluations"]:,} embeddings: neighbourhoods are meaningful, long distances and the axes are not.
+The picture shows the same controller from the same initial poses, simulated [in the browser](design.md#the-playground); the
 command repeats Python's own run to the bit.
 """
 
