@@ -22,11 +22,11 @@ class SwarmEnv(gym.Env[Observation, Any]):
 
     ## Description
     HeRo+ robots drive on a flat arena with walls that their sensor does not see. Each tick of 0.1 s the agent commands every robot's
-    forward speed and turn rate; the robots move by unicycle kinematics with contact, friction and whatever effects the world carries.
-    A task says what is rewarded; this id has none. World, robots and numbers: `swarm_envs.load_world`.
+    forward speed and turn rate; the robots move by unicycle kinematics with contact, friction and the effects of the world.
+    A task says what is rewarded; this id has none. `swarm_envs.load_world` returns the world with its robots and numbers.
 
     ## Action Space
-    `Box((num_robots, 2), float32)`: a row for each robot. Values beyond the limits are clipped; NaN is an error.
+    `Box((num_robots, 2), float32)`: one row per robot. Values beyond the limits are clipped; NaN is an error.
 
     | Column | Action | Min | Max | Unit |
     |---|---|---|---|---|
@@ -37,11 +37,11 @@ class SwarmEnv(gym.Env[Observation, Any]):
     robot's message: above 0.5 it sends during the tick.
 
     ## Observation Space
-    `MultiBinary(num_robots)`: 1 where the robot's sensor sees another robot. With S > 1 readings, one a sensor and with
-    a broadcast last whether the robot hears another, `MultiBinary((num_robots, S))`.
+    `MultiBinary(num_robots)`: 1 where the robot's sensor sees another robot. With S > 1 readings, one per sensor and, with
+    a broadcast, last whether the robot receives another's message, `MultiBinary((num_robots, S))`.
 
     ## Rewards
-    That of the task, from 0 to 1 each tick: `HeRo/Aggregation-v0`, `HeRo/CyclicPursuit-v0`, `HeRo/Dispersal-v0`, `HeRo/Milling-v0` and
+    The task's, from 0 to 1 each tick: `HeRo/Aggregation-v0`, `HeRo/CyclicPursuit-v0`, `HeRo/Dispersal-v0`, `HeRo/Milling-v0` and
     `HeRo/WallFollowing-v0` are this environment with a task (formulas: `swarm_envs.envs.tasks`). `HeRo/Swarm-v0` has none: 0.0.
 
     ## Starting State
@@ -64,9 +64,9 @@ class SwarmEnv(gym.Env[Observation, Any]):
     the `WorldSpec` and returns a reward function, which takes the poses before and after a tick, each (worlds, num_robots, 3), and returns
     (worlds,) rewards.
     `controller=[v0, omega0, v1, omega1]`: every robot drives itself by that controller, as in `swarm_envs.rollouts`; the action space is
-    then `Discrete(1)`, one tick passes at each step. With `robot_software="firmware"` beside it every robot runs its own C code with the
-    controller on board, through a simulated servo, encoder and range sensor. `swarm_envs.policies.ControllerPolicy` turns observations
-    into the same commands where they are to pass through `step`.
+    then `Discrete(1)`, one tick passes at each step. With `robot_software="firmware"` as well every robot runs its own C code with the
+    controller on board, through a simulated servo, encoder and range sensor. `swarm_envs.policies.ControllerPolicy` maps observations
+    to the same commands, to be passed to `step`.
 
     ## Version History
     - v0: first release.

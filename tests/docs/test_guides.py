@@ -22,9 +22,11 @@ NEEDS = {
     "guides/discover": ("lightly", "ribs"),
     "guides/add_representation": ("lightly", "ribs"),
     "guides/deploy": ("aiohttp", "cffi"),
+    "guides/firmware": ("cffi",),
 }
 """Packages that a page's snippets need beside those of the tests."""
 ELSEWHERE = {
+    "install": "tests/packaging/test_wheel.py builds and installs as the page says",
     "guides/calibration": "tests/calibration/test_guide.py runs them",
     "guides/marl": "tests/docs/test_guide_to_marl.py runs them, each with packages of its own",
     "guides/training": "tests/envs/test_training.py runs them",
