@@ -222,9 +222,8 @@ def world_index() -> str:
         )
     tree = "\n".join(swarm_envs.world_names())
     return (
-        "# Worlds\n\nA world is a file of numbers, each with its unit and its source; [your own](../guides/own_world.md) is given by its path.\n\n"
-        + "\n".join(rows)
-        + f"\n\n```{{toctree}}\n:hidden:\n\n{tree}\n```\n"
+        "# Worlds\n\nA world is a file of numbers, each with its unit and its source; "
+        "[your own](../guides/own_world.md) is given by its path.\n\n" + "\n".join(rows) + f"\n\n```{{toctree}}\n:hidden:\n\n{tree}\n```\n"
     )
 
 
