@@ -9,7 +9,7 @@ import re
 import signal
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
@@ -22,8 +22,9 @@ from omegaconf.errors import OmegaConfBaseException
 
 from discovery.controllers import check_controllers
 from discovery.errors import DiscoveryError
-from discovery.runs.run_folder import RunFolder, make_folder, open_folder, refuse_finished
+from discovery.runs.run_folder import RunFolder, make_folder, notice, open_folder, refuse_finished
 from discovery.settings import Settings, read_settings, setting_names
+from discovery.settings.former_names import rename_words
 from discovery.tracking import check_tracker
 from swarm_envs.simulation import announce_engine
 from swarm_envs.worlds import WorldError, load_world
@@ -38,6 +39,7 @@ def main() -> int:
     status, opened = 1, Opened()
     try:
         with _stoppable():
+            sys.argv[1:] = with_todays_names(sys.argv[1:])
             _refuse_unknown_options(sys.argv[1:])
             _hydra_main(opened)
         return 0
@@ -121,6 +123,14 @@ def _hydra_main(opened: Opened) -> None:
     job()
     if opened.failure is not None:
         raise opened.failure
+
+
+def with_todays_names(words: Sequence[str]) -> list[str]:
+    """Return a command's words with the names that settings have today, and say what has changed."""
+    renamed, told = rename_words(words)
+    for line in told:
+        notice(line)
+    return renamed
 
 
 def _refuse_unknown_options(words: list[str]) -> None:

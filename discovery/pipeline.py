@@ -10,8 +10,8 @@ import torch
 
 from discovery.clustering.engine_agreement import Confirmation, confirm, describe
 from discovery.clustering.medoids import cluster
-from discovery.clustering.repeatability import steadiest
-from discovery.clustering.wccn import covariance_by_chance, in_units_of
+from discovery.clustering.repeatability import most_repeatable
+from discovery.clustering.wccn import within_class_covariance
 from discovery.controllers import check_controllers
 from discovery.errors import DiscoveryError
 from discovery.export import export
@@ -82,22 +82,20 @@ def _stages(folder: RunFolder, simulator: Simulator, manifest: dict[str, Any]) -
         rows = members if settings.clustering.of == "archive" else None
         if rows is not None and len(rows) < settings.clustering.medoids:
             raise DiscoveryError(f"clustering.of: the archive holds {len(rows)} controllers, expected clustering.medoids or more of them")
-        turn = None
-        if settings.clustering.by_chance:
-            turn = in_units_of(covariance_by_chance(folder, simulator, fitted.representation))
-        clusters = cluster(archive.embeddings, settings.clustering, settings.seed, settings.search.distance, rows, turn)
-        steadiness = None
-        if settings.clustering.stable:
-            steadiness = steadiest(clusters, archive, simulator, fitted.representation, settings, turn)
-            clusters = steadiness.clusters
+        covariance = within_class_covariance(folder, simulator, fitted.representation) if settings.clustering.wccn else None
+        clusters = cluster(archive.embeddings, settings.clustering, settings.seed, settings.search.distance, rows, covariance)
+        repeatability = None
+        if settings.clustering.repeatable:
+            repeatability = most_repeatable(clusters, archive, simulator, fitted.representation, settings, covariance)
+            clusters = repeatability.clusters
         folder.write(ARCHIVE, to_parquet(archive, clusters))
         medoid_labels = archive.labels[clusters.medoids].tolist()
         line.done = f"{len(clusters.medoids)} medoids; {_count(medoid_labels)}"
     with stage("confirming", seconds) as line:
         confirmations = confirm(simulator, archive.controllers[clusters.medoids], medoid_labels, settings.seed)
         summary = summarise(settings.representation.method, archive, clusters, fitted, confirmations)
-        if steadiness is not None:
-            summary["stability"] = steadiness.summary()
+        if repeatability is not None:
+            summary["repeatability"] = repeatability.summary()
         folder.write_json(METRICS, summary)
         line.done = describe(confirmations)
     with stage("report", seconds) as line:

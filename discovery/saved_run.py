@@ -14,7 +14,7 @@ import numpy.typing as npt
 from discovery.errors import DiscoveryError
 from discovery.runs.archive import Archive, read_parquet
 from discovery.runs.clusters import Clusters
-from discovery.runs.run_folder import ARCHIVE, CHANCE, ENCODER, METRICS, open_folder, read_manifest
+from discovery.runs.run_folder import ARCHIVE, COVARIANCE, ENCODER, METRICS, open_folder, read_manifest
 from discovery.settings import Settings
 
 if TYPE_CHECKING:
@@ -77,20 +77,18 @@ class Run:
         return found.encoder
 
     @cached_property
-    def chance_turn(self) -> npt.NDArray[np.float64] | None:
-        """What embeddings are multiplied with before they are clustered, (d, d), where ``clustering.by_chance`` asks for it.
+    def within_class_covariance(self) -> npt.NDArray[np.float64] | None:
+        """Within-class covariance (d, d) that embeddings are normalised by before they are clustered, with ``clustering.wccn``.
 
         Raises:
             DiscoveryError: When the file is missing or damaged.
         """
-        from discovery.clustering.wccn import in_units_of
-
-        if not self.settings.clustering.by_chance:
+        if not self.settings.clustering.wccn:
             return None
-        saved = open_folder(self.path).read_tensors(CHANCE)
+        saved = open_folder(self.path).read_tensors(COVARIANCE)
         if saved is None:
-            raise DiscoveryError(f"{self.path / CHANCE}: there is none, though the run clustered in units of chance")
-        return in_units_of(saved.tensors["covariance"])
+            raise DiscoveryError(f"{self.path / COVARIANCE}: there is none, though the run clustered after WCCN")
+        return saved.tensors["covariance"]
 
     @cached_property
     def representation(self) -> Representation:

@@ -1,4 +1,4 @@
-"""The space in which an archive is clustered: embeddings as they are, standardised or whitened, Euclidean or by direction."""
+"""The space in which an archive is clustered: embeddings as they are, standardised, whitened or after WCCN, Euclidean or by direction."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from sklearn.metrics.pairwise import euclidean_distances
 
+from discovery.representations.affine import AffineTransform, FloatArray
 from discovery.search.novelty import unit
 from discovery.settings import ClusteringSettings
 
@@ -19,24 +20,21 @@ Float32 = npt.NDArray[np.float32]
 
 
 @dataclass(frozen=True)
-class Space:
-    """Places embeddings, and says how far they are from one another."""
+class EmbeddingSpace:
+    """Transforms embeddings, and says how far they are from one another."""
 
-    mean: npt.NDArray[np.float64]
-    """(d,) taken away first."""
-    turn: npt.NDArray[np.float64] | None
-    """(d, m) what is multiplied with then; None: nothing."""
+    affine: AffineTransform | None
+    """None: embeddings as they are."""
     distance: str
     """euclidean or cosine."""
 
-    def place(self, embeddings: npt.NDArray[Any]) -> Float32:
-        """Return places (N, m) of embeddings (N, d)."""
-        moved = embeddings - self.mean
-        placed = moved if self.turn is None else moved @ self.turn
-        return unit(placed) if self.distance == "cosine" else np.asarray(placed, dtype=np.float32)
+    def transform(self, embeddings: npt.NDArray[Any]) -> Float32:
+        """Return the points (N, m) of embeddings (N, d)."""
+        points = embeddings if self.affine is None else self.affine(embeddings)
+        return unit(points) if self.distance == "cosine" else np.asarray(points, dtype=np.float32)
 
     def distances(self, first: Float32, second: Float32) -> Float32:
-        """Return distances (N, M) between places (N, m) and (M, m)."""
+        """Return distances (N, M) between points (N, m) and (M, m)."""
         # products in float64, a strip at a time: exact to float32 and far faster than one difference after the other
         strips = [euclidean_distances(part, second) for part in np.array_split(first, max(1, len(first) // 4096))]
         found = np.concatenate(strips) if len(first) else np.empty((0, len(second)), dtype=np.float32)
@@ -44,23 +42,23 @@ class Space:
 
 
 def clustering_space(
-    embeddings: npt.NDArray[Any], settings: ClusteringSettings, distance: str, turn: npt.NDArray[np.float64] | None
-) -> Space:
+    embeddings: npt.NDArray[Any], settings: ClusteringSettings, distance: str, covariance: FloatArray | None
+) -> EmbeddingSpace:
     """Return the space that a run's archive is clustered in.
 
     Args:
         embeddings: (N, d).
         settings: How embeddings are compared.
         distance: ``euclidean`` or ``cosine``.
-        turn: (d, m) what embeddings are multiplied with first, with ``settings.by_chance`` and only then.
+        covariance: (d, d) within classes, with ``settings.wccn`` and only then.
 
     Raises:
-        ValueError: When there is a turn and none is asked for, or the other way round.
+        ValueError: When there is a covariance and none is asked for, or the other way round.
     """
-    if settings.by_chance != (turn is not None):
-        given = "none" if turn is None else "one"
-        raise ValueError(f"clustering.by_chance is {settings.by_chance}, given {given} of discovery.clustering.wccn.in_units_of")
-    return make_space(embeddings, distance, settings.standardise, settings.whiten, turn)
+    if settings.wccn != (covariance is not None):
+        given = "none" if covariance is None else "one"
+        raise ValueError(f"clustering.wccn is {settings.wccn}, given {given} of discovery.clustering.wccn.within_class_covariance")
+    return make_space(embeddings, distance, settings.standardise, settings.whiten, covariance)
 
 
 def make_space(
@@ -68,8 +66,8 @@ def make_space(
     distance: str = "euclidean",
     standardise: bool = False,
     whiten: bool = False,
-    turn: npt.NDArray[np.float64] | None = None,
-) -> Space:
+    covariance: FloatArray | None = None,
+) -> EmbeddingSpace:
     """Return the space that suits an archive's embeddings (N, d).
 
     Args:
@@ -77,28 +75,21 @@ def make_space(
         distance: ``euclidean``, or ``cosine``: one less the cosine of the angle, at the mean when there is one, else at the origin.
         standardise: Whether every number has mean 0 and standard deviation 1.
         whiten: Whether the principal components that hold most of the variance do, after that.
-        turn: (d, m) what embeddings are multiplied with instead, such as :func:`discovery.clustering.wccn.in_units_of`.
+        covariance: (d, d) within classes, for WCCN instead.
 
     Raises:
-        ValueError: When embeddings are to be multiplied and standardised or whitened.
+        ValueError: When embeddings are to be normalised by a covariance and standardised or whitened.
     """
-    wide = np.asarray(embeddings, dtype=np.float64)
-    mean = np.zeros(wide.shape[1])
-    if turn is not None:
-        if standardise or whiten:
-            raise ValueError("given a turn and standardise or whiten, expected one of them")
-        return Space(wide.mean(axis=0), turn, distance)
-    if standardise or whiten:
-        mean = wide.mean(axis=0)
-    if standardise:
-        scale = wide.std(axis=0)
-        turn = np.diag(1.0 / np.where(scale > 0, scale, 1.0))
+    if covariance is not None and (standardise or whiten):
+        raise ValueError("given a covariance and standardise or whiten, expected one of them")
+    return EmbeddingSpace(_affine(np.asarray(embeddings, dtype=np.float64), standardise, whiten, covariance), distance)
+
+
+def _affine(embeddings: FloatArray, standardise: bool, whiten: bool, covariance: FloatArray | None) -> AffineTransform | None:
+    if covariance is not None:
+        return AffineTransform.within_class(embeddings.mean(axis=0), covariance)
     if whiten:
-        moved = wide - mean if turn is None else (wide - mean) @ turn
-        variances, axes = np.linalg.eigh(moved.T @ moved / len(moved))
-        variances, axes = np.maximum(variances[::-1], 0.0), axes[:, ::-1]
-        count = int(np.searchsorted(np.cumsum(variances), KEPT * variances.sum())) + 1
-        count = min(count, max(1, int((variances > 0).sum())))
-        scaled = axes[:, :count] / np.sqrt(np.where(variances[:count] > 0, variances[:count], 1.0))
-        turn = scaled if turn is None else turn @ scaled
-    return Space(mean, turn, distance)
+        return AffineTransform.whitening(embeddings, KEPT, standardise)
+    if standardise:
+        return AffineTransform.standardising(embeddings)
+    return None

@@ -25,7 +25,7 @@ def cluster(
     seed: int,
     distance: str = "euclidean",
     members: Rows | None = None,
-    turn: npt.NDArray[np.float64] | None = None,
+    covariance: npt.NDArray[np.float64] | None = None,
 ) -> Clusters:
     """Cluster embeddings (N, d) by FasterPAM, those of more than ``settings.sample`` by CLARA.
 
@@ -37,25 +37,25 @@ def cluster(
         seed: The run's.
         distance: ``euclidean`` or ``cosine``.
         members: (M,) rows that medoids are of; None: all.
-        turn: (d, m) what embeddings are multiplied with first, with ``settings.by_chance`` and only then.
+        covariance: (d, d) within classes, with ``settings.wccn`` and only then.
 
     Raises:
-        ValueError: When there is a turn and ``settings.by_chance`` asks for none, or the other way round.
+        ValueError: When there is a covariance and ``settings.wccn`` asks for none, or the other way round.
     """
-    space = clustering_space(embeddings, settings, distance, turn)
-    places = space.place(embeddings)
-    rows = np.arange(len(places)) if members is None else members
-    if len(rows) == len(places) <= settings.sample:
-        result = _pam(space.distances(places, places), settings.medoids, whole_seed(seed, "medoids"))
+    space = clustering_space(embeddings, settings, distance, covariance)
+    points = space.transform(embeddings)
+    rows = np.arange(len(points)) if members is None else members
+    if len(rows) == len(points) <= settings.sample:
+        result = _pam(space.distances(points, points), settings.medoids, whole_seed(seed, "medoids"))
         return by_size(np.asarray(result.medoids, dtype=np.int64), np.asarray(result.labels, dtype=np.int64))
     best, medoids, labels = np.inf, np.empty(0, np.int64), np.empty(0, np.int64)
     for number in range(SAMPLES if len(rows) > settings.sample else 1):
         chosen = rows
         if len(rows) > settings.sample:
             chosen = rows[np.sort(generator(seed, "medoid sample", number).choice(len(rows), settings.sample, replace=False))]
-        sample = places[chosen]
+        sample = points[chosen]
         tried = chosen[_pam(space.distances(sample, sample), settings.medoids, whole_seed(seed, "medoids", number)).medoids]
-        away = space.distances(places, places[tried])
+        away = space.distances(points, points[tried])
         away[tried, np.arange(len(tried))] = -1.0  # a medoid's twin in another cluster must not take it away
         if (total := float(away[rows].min(axis=1).sum(dtype=np.float64))) < best:
             best, medoids, labels = total, tried.astype(np.int64), away.argmin(axis=1)

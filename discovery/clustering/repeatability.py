@@ -27,11 +27,11 @@ STARTS = 3
 
 
 @dataclass(frozen=True)
-class Steadiness:
+class Repeatability:
     """What became of trying members from other starts."""
 
     clusters: Clusters
-    """With the steadiest member of those tried in each medoid's place."""
+    """With the most repeatable member of those tried in each medoid's place."""
     returned: npt.NDArray[np.float64]
     """(k,) share of the chosen members' rollouts that fell into their cluster."""
     before: npt.NDArray[np.float64]
@@ -44,34 +44,35 @@ class Steadiness:
         return {"rollouts": self.rollouts, "returned": self.returned.tolist(), "returned_of_medoids": self.before.tolist()}
 
 
-def steadiest(
+def most_repeatable(
     clusters: Clusters,
     archive: Archive,
     simulator: Simulator,
     representation: Representation,
     settings: Settings,
-    turn: npt.NDArray[np.float64] | None = None,
-) -> Steadiness:
-    """Put the steadiest of the ``clustering.stable`` members nearest to each medoid in its place; the clusters stay what they are.
+    covariance: npt.NDArray[np.float64] | None = None,
+) -> Repeatability:
+    """Put the most repeatable of the ``clustering.repeatable`` members nearest to each medoid in its place; the clusters stay as they are.
 
-    ``turn`` is what :func:`discovery.clustering.medoids.cluster` was given.
+    ``covariance`` is what :func:`discovery.clustering.medoids.cluster` was given.
     """
     clustering = settings.clustering
-    space = clustering_space(archive.embeddings, clustering, settings.search.distance, turn)
-    places = space.place(archive.embeddings)
-    medoids = places[clusters.medoids]
+    space = clustering_space(archive.embeddings, clustering, settings.search.distance, covariance)
+    points = space.transform(archive.embeddings)
+    medoids = points[clusters.medoids]
     candidates = [
-        _nearest(space.distances(places, medoids[each : each + 1])[:, 0], clusters, each, clustering.stable) for each in range(len(medoids))
+        _nearest(space.distances(points, medoids[each : each + 1])[:, 0], clusters, each, clustering.repeatable)
+        for each in range(len(medoids))
     ]
     rows, home = np.concatenate(candidates), np.repeat(np.arange(len(medoids)), [len(each) for each in candidates])
     runs = simulator(np.repeat(archive.controllers[rows], STARTS, axis=0), whole_seed(settings.seed, "stability"))
-    away = space.distances(space.place(representation.embed(runs)), medoids).reshape(len(rows), STARTS, len(medoids))
+    away = space.distances(space.transform(representation.embed(runs)), medoids).reshape(len(rows), STARTS, len(medoids))
     returned = (away.argmin(axis=2) == home[:, None]).mean(axis=1)
     distance = np.take_along_axis(away, home[:, None, None], axis=2).mean(axis=(1, 2))
     # candidates of a cluster come nearest first: the medoid itself wins ties
     best = np.array([min(np.flatnonzero(home == each), key=lambda row: (-returned[row], distance[row])) for each in range(len(medoids))])
     first = np.searchsorted(home, np.arange(len(medoids)))
-    return Steadiness(dataclasses.replace(clusters, medoids=rows[best]), returned[best], returned[first], len(rows) * STARTS)
+    return Repeatability(dataclasses.replace(clusters, medoids=rows[best]), returned[best], returned[first], len(rows) * STARTS)
 
 
 def _nearest(distances: npt.NDArray[np.float32], clusters: Clusters, which: int, count: int) -> npt.NDArray[np.int64]:

@@ -80,7 +80,7 @@ def standardised_medoids(name: str, runs: list[Run]) -> Found:
     """Return what the medoids would be of embeddings that are standardised first."""
     labels = []
     for run in runs:
-        settings = dataclasses.replace(run.settings.clustering, standardise=True, whiten=False, by_chance=False)
+        settings = dataclasses.replace(run.settings.clustering, standardise=True, whiten=False, wccn=False)
         labels.append(_labels_of_medoids(run.embeddings, run.archive.labels, run, settings))
     return Found(f"{name}{STANDARDISED}", labels)
 
@@ -115,8 +115,8 @@ def _labels_of_medoids(
     embeddings: npt.NDArray[Any], labels: npt.NDArray[np.str_], run: Run, settings: ClusteringSettings | None = None
 ) -> list[str]:
     settings = settings or run.settings.clustering
-    turn = run.chance_turn if settings.by_chance else None
-    clusters = cluster(embeddings, settings, run.settings.seed, run.settings.search.distance, turn=turn)
+    covariance = run.within_class_covariance if settings.wccn else None
+    clusters = cluster(embeddings, settings, run.settings.seed, run.settings.search.distance, covariance=covariance)
     return list(labels[clusters.medoids].tolist())
 
 

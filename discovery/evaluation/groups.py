@@ -12,11 +12,11 @@ from scipy import stats
 
 from discovery.errors import DiscoveryError
 from discovery.saved_run import Run, load_run
-from discovery.settings import PLACES, NetworkSettings, flat
+from discovery.settings import LOCATION_KEYS, EncoderSettings, flat
 
 FloatArray = npt.NDArray[np.float64]
 
-PERSONAL = ("name", "seed", "threads", *PLACES)
+PERSONAL = ("name", "seed", "threads", *LOCATION_KEYS)
 """Settings in which repetitions of one run differ."""
 ASIDE = ("report.", "tracker")
 """Beginnings of settings that change nothing of the result."""
@@ -27,15 +27,15 @@ def representation_name(run: Run) -> str:
     settings, words = run.settings.representation, _method_name(run)
     if settings.method == "simclr" and (starts := run.settings.dataset.starts) > 1:
         words += f", pairs of {starts} starts"
-    if isinstance(settings, NetworkSettings) and settings.metrics > 0.0:
-        words += ", metrics beside" + (" by roots" if settings.metrics_roots else "")
+    if isinstance(settings, EncoderSettings) and settings.metrics > 0.0:
+        words += ", metrics beside" + (" by roots" if settings.metrics_square_root else "")
     return words
 
 
 def _method_name(run: Run) -> str:
     settings = run.settings.representation
     if settings.method == "hand_crafted":
-        words = ["hand-crafted", *["roots"] * settings.roots, *["standardised"] * settings.standardise]
+        words = ["hand-crafted", *["roots"] * settings.square_root, *["standardised"] * settings.standardise]
         return ", ".join(words)
     if settings.method == "untrained":
         origin = run.metrics["representation"]["origin"]

@@ -12,10 +12,10 @@ from torch.nn import functional
 from torchvision.models import resnet18
 
 from discovery.progress import bar
+from discovery.representations.affine import AffineTransform
 from discovery.representations.compute import Compute
-from discovery.representations.matmul_convolutions import quicken
+from discovery.representations.matmul_convolutions import use_matmul_convolutions
 from discovery.representations.symmetry import turned_and_mirrored
-from discovery.representations.whitening import Whitening
 
 EMBEDDING = 512
 """Numbers in an embedding (ResNet18's last layer before its classifier)."""
@@ -36,7 +36,7 @@ class Encoder:
     """
 
     def __init__(
-        self, network: nn.Module, compute: Compute, normalise: bool = False, symmetries: int = 1, whitening: Whitening | None = None
+        self, network: nn.Module, compute: Compute, normalise: bool = False, symmetries: int = 1, whitening: AffineTransform | None = None
     ) -> None:
         self.network = network.to(compute.device).to(memory_format=torch.channels_last).eval()
         self.compute = compute
@@ -47,7 +47,7 @@ class Encoder:
     @property
     def dimension(self) -> int:
         """Numbers in an embedding."""
-        return EMBEDDING if self.whitening is None else self.whitening.directions.shape[1]
+        return EMBEDDING if self.whitening is None else self.whitening.dimension
 
     def __call__(self, videos: npt.NDArray[np.uint8], progress: bool = False) -> npt.NDArray[np.float32]:
         """Embed videos (N, frames, size, size) as (N, dimension)."""
@@ -89,7 +89,7 @@ def make_network(frames: int, seed: int, start: Mapping[str, torch.Tensor] | Non
         if frames != 3:
             keep["conv1.weight"] = keep["conv1.weight"].mean(dim=1, keepdim=True).repeat(1, frames, 1, 1) * (3 / frames)
         network.load_state_dict(keep, strict=False)
-    quicken(network)
+    use_matmul_convolutions(network)
     network.to(memory_format=torch.channels_last)
     return network
 

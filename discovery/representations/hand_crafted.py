@@ -1,4 +1,4 @@
-"""The five metrics of Brown et al. (2018): raw as they published them, two of them by their roots, or standardised."""
+"""The five metrics of Brown et al. (2018): raw as they published them, two of them by their square roots, or standardised."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from discovery.representations.interface import Fitted
-from discovery.representations.square_root_scaling import with_roots
+from discovery.representations.square_root_scaling import with_square_roots
 from discovery.rollouts.dataset import Dataset
 from discovery.runs.run_folder import RunFolder
 from discovery.settings import HandCraftedSettings
@@ -27,34 +27,34 @@ class HandCrafted:
     """(5,)"""
     scale: npt.NDArray[np.float64]
     """(5,)"""
-    roots: bool = False
-    """Whether radial variance and scatter enter by their roots."""
+    square_root: bool = False
+    """Whether radial variance and scatter enter by their square roots."""
     dimension: int = 5
 
     def embed(self, trajectories: Trajectories) -> npt.NDArray[np.float32]:
         """Measure each rollout: (W, 5)."""
         metrics = hand_crafted(trajectories)
-        return np.asarray(((with_roots(metrics) if self.roots else metrics) - self.mean) / self.scale, dtype=np.float32)
+        return np.asarray(((with_square_roots(metrics) if self.square_root else metrics) - self.mean) / self.scale, dtype=np.float32)
 
 
 def fit_hand_crafted(folder: RunFolder, dataset: Dataset) -> Fitted:
     """Return the metrics, standardised over the dataset's random controllers when the settings ask for it."""
     settings: HandCraftedSettings = folder.settings.representation
-    what = "five hand-crafted metrics" + (", radial variance and scatter by their roots" if settings.roots else "")
+    what = "five hand-crafted metrics" + (", radial variance and scatter by their square roots" if settings.square_root else "")
     if not settings.standardise:
-        return Fitted(_raw(settings.roots), what if settings.roots else f"{what}, raw")
-    metrics = with_roots(dataset.metrics) if settings.roots else dataset.metrics
+        return Fitted(_raw(settings.square_root), what if settings.square_root else f"{what}, raw")
+    metrics = with_square_roots(dataset.metrics) if settings.square_root else dataset.metrics
     scale = metrics.std(axis=0)
-    made = HandCrafted(metrics.mean(axis=0), np.where(scale > 0.0, scale, 1.0), settings.roots)
+    made = HandCrafted(metrics.mean(axis=0), np.where(scale > 0.0, scale, 1.0), settings.square_root)
     folder.write_tensors(STANDARD, {"mean": made.mean, "scale": made.scale}, {})
     return Fitted(made, f"{what}, standardised over the dataset", done="mean and spread of five metrics")
 
 
 def load_hand_crafted(folder: RunFolder) -> HandCrafted:
     """Return the metrics as a finished run had them."""
-    saved, roots = folder.read_tensors(STANDARD), folder.settings.representation.roots
-    return _raw(roots) if saved is None else HandCrafted(saved.tensors["mean"], saved.tensors["scale"], roots)
+    saved, square_root = folder.read_tensors(STANDARD), folder.settings.representation.square_root
+    return _raw(square_root) if saved is None else HandCrafted(saved.tensors["mean"], saved.tensors["scale"], square_root)
 
 
-def _raw(roots: bool) -> HandCrafted:
-    return HandCrafted(np.zeros(5), np.ones(5), roots)
+def _raw(square_root: bool) -> HandCrafted:
+    return HandCrafted(np.zeros(5), np.ones(5), square_root)

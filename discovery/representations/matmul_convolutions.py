@@ -16,7 +16,7 @@ SEEN_WHOLE = 2
 """Largest side, in cells, of a map whose every cell is within a 3 x 3 kernel of every other."""
 
 
-class SmallMapConv2d(nn.Conv2d):
+class MatmulConv2d(nn.Conv2d):
     """A 3 x 3 convolution of stride 1 and padding 1 with the same weights and values, faster on maps of up to 2 x 2 on a processor."""
 
     def forward(self, maps: Tensor) -> Tensor:
@@ -33,11 +33,11 @@ class SmallMapConv2d(nn.Conv2d):
         return seen.view(count, height, width, self.out_channels).permute(0, 3, 1, 2)
 
 
-def quicken(network: nn.Module) -> None:
-    """Make every 3 x 3 convolution of stride 1 and padding 1 without bias in a network a :class:`SmallMapConv2d`."""
+def use_matmul_convolutions(network: nn.Module) -> None:
+    """Make every 3 x 3 convolution of stride 1 and padding 1 without bias in a network a :class:`MatmulConv2d`."""
     for module in network.modules():
         if type(module) is nn.Conv2d and module.bias is None and _shape(module) == _SHAPE:
-            module.__class__ = SmallMapConv2d
+            module.__class__ = MatmulConv2d
 
 
 _SHAPE = ((3, 3), (1, 1), (1, 1), (1, 1), 1)

@@ -20,7 +20,7 @@ from discovery.representations.encoder import EMBEDDING, make_network
 from discovery.representations.interface import Fitted
 from discovery.representations.pairs import Pairs
 from discovery.representations.training import Training, describe, train
-from discovery.representations.videos import compute_of, fit_look, save_network, saved_network, starting_weights
+from discovery.representations.videos import compute_of, fit_encoder, save_network, saved_network, starting_weights
 from discovery.rollouts.dataset import Dataset
 from discovery.runs.run_folder import RunFolder
 from discovery.settings import SimCLRSettings
@@ -46,7 +46,7 @@ def fit_simclr(folder: RunFolder, dataset: Dataset) -> Fitted:
         network, losses = training.network, training.losses
         done = f"SimCLR on {len(dataset.videos)} videos, {len(losses)} steps, {describe(losses)}" if losses else "no steps"
         save_network(folder, network, origin, losses)
-    return Fitted(fit_look(folder, network, dataset), origin, losses, LOSS, done)
+    return Fitted(fit_encoder(folder, network, dataset), origin, losses, LOSS, done)
 
 
 def begin(

@@ -14,7 +14,7 @@ from discovery.representations.encoder import make_network
 from discovery.representations.interface import Fitted
 from discovery.representations.judgements import SIMULATED, Judgements, read_judgements, simulate_annotator, write_judgements
 from discovery.representations.training import Training, describe, train
-from discovery.representations.videos import compute_of, fit_look, save_network, saved_network, starting_weights
+from discovery.representations.videos import compute_of, fit_encoder, save_network, saved_network, starting_weights
 from discovery.rollouts.dataset import Dataset
 from discovery.rollouts.filming import fingerprint
 from discovery.runs.run_folder import RunFolder
@@ -38,7 +38,7 @@ def fit_triplet(folder: RunFolder, dataset: Dataset) -> Fitted:
         network, losses = training.network, training.losses
         done = f"triplets on {len(judgements.triples)} answers, {len(losses)} steps, {describe(losses)}"
         save_network(folder, network, origin, losses)
-    return Fitted(fit_look(folder, network, dataset), origin, losses, "triplet margin loss (distance)", done)
+    return Fitted(fit_encoder(folder, network, dataset), origin, losses, "triplet margin loss (distance)", done)
 
 
 def judge(folder: RunFolder, dataset: Dataset) -> Judgements:

@@ -1,11 +1,11 @@
-"""The honest floors: a ResNet18 as ImageNet left it, and one with random weights."""
+"""The baselines: a ResNet18 as ImageNet left it, and one with random weights."""
 
 from __future__ import annotations
 
 from discovery.randomness import whole_seed
 from discovery.representations.encoder import make_network
 from discovery.representations.interface import Fitted
-from discovery.representations.videos import fit_look, save_network, saved_network, starting_weights
+from discovery.representations.videos import fit_encoder, save_network, saved_network, starting_weights
 from discovery.rollouts.dataset import Dataset
 from discovery.runs.run_folder import RunFolder
 
@@ -19,4 +19,4 @@ def fit_untrained(folder: RunFolder, dataset: Dataset) -> Fitted:
         origin, start = starting_weights(folder)
         network = make_network(folder.settings.dataset.frames, whole_seed(folder.settings.seed, "network"), start)
         save_network(folder, network, origin, [])
-    return Fitted(fit_look(folder, network, dataset), f"{origin}, and was not trained", done="a ResNet18 that is not trained")
+    return Fitted(fit_encoder(folder, network, dataset), f"{origin}, and was not trained", done="a ResNet18 that is not trained")

@@ -15,7 +15,7 @@ from typing import Any
 import psutil
 import torch
 
-from discovery.runs.run_folder import MANIFEST, RunFolder, notice, read_manifest
+from discovery.runs.run_folder import IDENTITY_VERSION, MANIFEST, RunFolder, notice, read_manifest
 from swarm_envs.worlds import WorldSpec
 
 PACKAGES = (
@@ -30,7 +30,8 @@ def begin_manifest(folder: RunFolder, world: WorldSpec) -> dict[str, Any]:
     manifest = read_manifest(folder.path)
     if manifest is None:
         manifest = {
-            "run": folder.identity, "status": "running", "started": _time(), "finished": None, "seed": folder.settings.seed,
+            "run": folder.identity, "identity_version": IDENTITY_VERSION, "status": "running", "started": _time(), "finished": None,
+            "seed": folder.settings.seed,
             "engine": folder.settings.engine, "threads": folder.settings.threads, "git": _git(), **now, "seconds": {}, "sessions": [],
         }  # fmt: skip
     for what in now:

@@ -19,13 +19,16 @@ from omegaconf import DictConfig, OmegaConf
 from discovery.errors import DiscoveryError
 from discovery.files.atomic import write_atomically
 from discovery.files.tensor_file import DamagedFileError, TensorFile, read_tensor_file, write_tensor_file
-from discovery.settings import PLACES, Settings, flat, read_settings, to_yaml
+from discovery.settings import LOCATION_KEYS, Settings, flat, identity, read_settings, to_yaml
 from discovery.tracking.interface import Silent, Tracker
 from swarm_envs.cores import available_cores
 
-CONFIG, MANIFEST, ARCHIVE, METRICS, ENCODER, CHANCE, REPORT = (
+CONFIG, MANIFEST, ARCHIVE, METRICS, ENCODER, COVARIANCE, REPORT = (
     "config.yaml", "manifest.json", "archive.parquet", "metrics.json", "encoder.safetensors", "chance.safetensors", "report.html",
 )  # fmt: skip
+
+IDENTITY_VERSION = 2
+"""How a run is known from its settings: in version 1 by the text of its config, in today's spelling and order of keys at the time."""
 
 LOCK = ".lock"
 OURS = (LOCK, f".{CONFIG}.partial")
@@ -38,10 +41,11 @@ class RunFolder:
     Use :func:`make_folder` or :func:`open_folder` to get one, and ``with`` to lock it.
     """
 
-    def __init__(self, path: Path, settings: Settings) -> None:
+    def __init__(self, path: Path, settings: Settings, known_by: str | None = None) -> None:
         self.path = path
         self.settings = settings
-        self.identity = hashlib.sha256(to_yaml(settings).encode()).hexdigest()[:16]
+        self.identity = known_by or identity(settings)
+        """What every file of arrays in the folder bears; a folder of an earlier version keeps the one that it was made with."""
         self.tracker: Tracker = Silent()
         """Who is told of progress."""
         self._lock: IO[str] | None = None
@@ -122,9 +126,9 @@ def make_folder(settings: Settings) -> RunFolder:
             if _finished(path):
                 raise DiscoveryError(f"{path}: holds a finished run, which is never overwritten; choose another folder")
             raise DiscoveryError(f"{path}: holds an unfinished run; finish it with resume={path} or choose another folder")
-        if strangers := sorted(item.name for item in path.iterdir() if item.name not in OURS):
+        if foreign := sorted(item.name for item in path.iterdir() if item.name not in OURS):
             (path / LOCK).unlink()
-            raise DiscoveryError(f"{path}: is not empty and not a run folder, it has {strangers[0]}; choose another folder")
+            raise DiscoveryError(f"{path}: is not empty and not a run folder, it has {foreign[0]}; choose another folder")
         folder.write(CONFIG, to_yaml(settled))
     return folder
 
@@ -140,8 +144,11 @@ def open_folder(path: Path, asked: Settings | None = None) -> RunFolder:
         DiscoveryError: When it is no run folder, its config or manifest is damaged, or other settings are asked for.
     """
     settings = _read_config(path)
-    folder = RunFolder(path, settings)
     manifest = read_manifest(path)
+    version = IDENTITY_VERSION if manifest is None else manifest.get("identity_version", 1)
+    if version not in (1, IDENTITY_VERSION):
+        raise DiscoveryError(f"{path / MANIFEST}: of a later version; read it with the version of swarm-envs that it names")
+    folder = RunFolder(path, settings, _first_identity(path) if version == 1 else None)
     if manifest is not None and manifest["run"] != folder.identity:
         raise DiscoveryError(f"{path / CONFIG}: was changed since the run began; put it back, or start a new run")
     if asked is not None:
@@ -214,7 +221,7 @@ def _read_config(path: Path) -> Settings:
         config = OmegaConf.load(file)
         if not isinstance(config, DictConfig):
             raise ValueError("expected a mapping")
-        config.update(dict.fromkeys(PLACES) | {"runs": str(path.parent)})
+        config.update(dict.fromkeys(LOCATION_KEYS) | {"runs": str(path.parent)})
         return read_settings(config)
     except FileNotFoundError:
         raise DiscoveryError(f"resume={path}: not a run folder, it has no {CONFIG}; give the folder of a run that was stopped") from None
@@ -222,10 +229,15 @@ def _read_config(path: Path) -> Settings:
         raise DiscoveryError(f"{file}: not readable ({' '.join(str(error).split())[:200]}); put it back, or start a new run") from None
 
 
+def _first_identity(path: Path) -> str:
+    """Return what a run of an earlier version is known by: its config as it was written, whatever keys are called today."""
+    return hashlib.sha256(OmegaConf.to_yaml(OmegaConf.load(path / CONFIG)).encode()).hexdigest()[:16]
+
+
 def _refuse_other_settings(path: Path, began: Settings, asked: Settings) -> None:
     now = flat(asked)
     for key, value in flat(began).items():
-        if key not in PLACES and now[key] != value and (key != "threads" or now[key] is not None):
+        if key not in LOCATION_KEYS and now[key] != value and (key != "threads" or now[key] is not None):
             raise DiscoveryError(
                 f"resume={path}: the run began with {key}={value}, this command says {now[key]}; "
                 "repeat the first command, or give resume= alone"

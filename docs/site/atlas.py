@@ -51,7 +51,7 @@ def condense(folder: Path) -> dict[str, Any]:
     """
     from discovery import load_run
     from discovery.errors import DiscoveryError
-    from discovery.settings import PLACES
+    from discovery.settings import LOCATION_KEYS
 
     run = load_run(folder)
     from discovery.report.archive_map import lay_out  # its libraries take seconds to import: mistakes are told before
@@ -59,7 +59,7 @@ def condense(folder: Path) -> dict[str, Any]:
     archive, settings, metrics = run.archive, run.settings, run.metrics
     if settings.representation.method != "simclr":
         raise DiscoveryError(f"{folder}: its representation is {settings.representation.method}; the atlas tells of an encoder, simclr")
-    words = [word for word in run.manifest["sessions"][0]["command"][1:] if word.split("=")[0] not in PLACES]
+    words = [word for word in run.manifest["sessions"][0]["command"][1:] if word.split("=")[0] not in LOCATION_KEYS]
     words += [] if any(word.startswith("threads=") for word in words) else [f"threads={run.manifest['threads']}"]
     _, first = np.unique(archive.generation, return_index=True)
     places = lay_out(archive.embeddings, ITERATIONS, settings.seed)

@@ -11,7 +11,7 @@ import pytest
 
 from discovery.clustering.embedding_space import make_space
 from discovery.clustering.medoids import cluster
-from discovery.clustering.repeatability import STARTS, steadiest
+from discovery.clustering.repeatability import STARTS, most_repeatable
 from discovery.runs.archive import Archive
 from discovery.runs.clusters import Clusters
 from tests.discovery.tiny_run import tiny
@@ -36,10 +36,10 @@ def test_standardised_clusters_see_small_numbers_beside_large_ones() -> None:
     assert purity(cluster(points[:, [0, 4]], tiny(*words, "clustering.standardise=true").clustering, 0), 50) > 0.6
 
 
-def test_standardised_and_whitened_places_have_unit_variance() -> None:
+def test_standardised_and_whitened_points_have_unit_variance() -> None:
     points = np.random.default_rng(0).normal(size=(400, 3)).astype(np.float32) @ np.array([[2, 1, 0], [0, 0.1, 5], [0, 0, 0.3]], np.float32)
-    assert np.allclose(make_space(points, standardise=True).place(points).std(axis=0), 1, atol=1e-5)
-    white = make_space(points, whiten=True).place(points)
+    assert np.allclose(make_space(points, standardise=True).transform(points).std(axis=0), 1, atol=1e-5)
+    white = make_space(points, whiten=True).transform(points)
     assert np.allclose(np.cov(white.T), np.eye(white.shape[1]), atol=0.01)
     assert white.shape[1] == 2, "the third component holds less than a hundredth of the variance"
 
@@ -47,15 +47,15 @@ def test_standardised_and_whitened_places_have_unit_variance() -> None:
 def test_a_constant_number_harms_no_space() -> None:
     points = np.column_stack([np.ones(20), np.arange(20)]).astype(np.float32)
     for standardise, whiten in ((True, False), (False, True), (True, True)):
-        assert np.isfinite(make_space(points, "euclidean", standardise, whiten).place(points)).all()
-    assert np.isfinite(make_space(points[:, :1], whiten=True).place(points[:, :1])).all()
+        assert np.isfinite(make_space(points, "euclidean", standardise, whiten).transform(points)).all()
+    assert np.isfinite(make_space(points[:, :1], whiten=True).transform(points[:, :1])).all()
 
 
 @pytest.mark.parametrize("distance", ["euclidean", "cosine"])
 def test_distances_are_exact(distance: str) -> None:
     points = (30 + np.random.default_rng(1).normal(size=(40, 6))).astype(np.float32)
     space = make_space(points, distance)
-    found = space.distances(space.place(points), space.place(points[:7]))
+    found = space.distances(space.transform(points), space.transform(points[:7]))
     wide = points.astype(float)
     if distance == "cosine":
         lengths = np.linalg.norm(wide, axis=1)
@@ -110,7 +110,7 @@ class Fickle:
         return np.column_stack([np.where(controllers[:, 1] > 0, controllers[:, 0], chance), np.zeros(len(controllers))]).astype(np.float32)
 
 
-def test_the_steadiest_of_the_nearest_members_stands_for_its_cluster() -> None:
+def test_the_most_repeatable_of_the_nearest_members_stands_for_its_cluster() -> None:
     heaps = np.concatenate([np.linspace(-1, 1, 11), 10 + np.linspace(-1, 1, 11)])
     steady = np.zeros(22)
     steady[[3, 6, 16]] = 1  # 6 is nearer to its medoid, 5, than 3 is; 16 is the other medoid itself
@@ -119,11 +119,11 @@ def test_the_steadiest_of_the_nearest_members_stands_for_its_cluster() -> None:
     archive = cast(Archive, SimpleNamespace(controllers=controllers, embeddings=embeddings))
     clusters = Clusters(np.array([5, 16]), np.repeat([0, 1], 11))
     fickle: Any = Fickle()
-    found = steadiest(clusters, archive, fickle, fickle, tiny("clustering.stable=5"))
+    found = most_repeatable(clusters, archive, fickle, fickle, tiny("clustering.repeatable=5"))
     assert found.clusters.medoids.tolist() == [6, 16]
     assert found.returned.tolist() == [1.0, 1.0]
     assert found.before[0] < 1.0
     assert found.rollouts == 2 * 5 * STARTS
     assert np.array_equal(found.clusters.labels, clusters.labels)
-    alone = steadiest(clusters, archive, fickle, fickle, tiny("clustering.stable=1"))
+    alone = most_repeatable(clusters, archive, fickle, fickle, tiny("clustering.repeatable=1"))
     assert alone.clusters.medoids.tolist() == [5, 16]

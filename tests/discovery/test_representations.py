@@ -17,7 +17,7 @@ from discovery.errors import DiscoveryError
 from discovery.representations import METHODS, fit
 from discovery.representations.judgements import Judgements, read_judgements, simulate_annotator, write_judgements
 from discovery.representations.triplet import JUDGEMENTS, learn
-from discovery.representations.videos import BESIDE, WHITENING, VideoRepresentation
+from discovery.representations.videos import CONCATENATION, WHITENING, VideoRepresentation
 from discovery.rollouts.dataset import Dataset, make_dataset
 from discovery.rollouts.filming import film, fingerprint
 from discovery.rollouts.simulator import Simulator
@@ -32,7 +32,7 @@ from tests.discovery.tiny_run import tiny
 SMALL = {
     "hand_crafted": (),
     "hand_crafted_standardised": (),
-    "hand_crafted_roots": (),
+    "hand_crafted_square_root": (),
     "random": (),
     "triplet": (
         "representation.weights=random", "representation.answers=48", "representation.batch=24", "representation.epochs=2",
@@ -64,7 +64,7 @@ def test_the_raw_metrics_are_the_embeddings_of_the_hand_crafted_representation(r
 
 
 def test_of_squared_lengths_the_roots_are_taken_where_that_is_asked(runs: dict[str, Path]) -> None:
-    archive = load_run(runs["hand_crafted_roots"]).archive
+    archive = load_run(runs["hand_crafted_square_root"]).archive
     speed, momentum, variance, scatter, rotation = archive.metrics.T
     expected = np.column_stack([speed, momentum, np.sqrt(variance), np.sqrt(scatter), rotation])
     np.testing.assert_allclose(archive.embeddings, expected, rtol=1e-6)
@@ -105,7 +105,7 @@ def test_triplet_learning_that_was_stopped_ends_with_the_same_bits(
 
 WHITENED = (
     "representation.symmetries=4", "representation.whiten=pca", "representation.whiten_variance=0.9", "representation.normalise=true",
-    "representation.metrics=2", "representation.metrics_roots=true", "dataset.trail=true", "dataset.frames=2",
+    "representation.metrics=2", "representation.metrics_square_root=true", "dataset.trail=true", "dataset.frames=2",
 )  # fmt: skip
 
 
@@ -137,8 +137,8 @@ def test_metrics_beside_an_embedding_vary_over_the_dataset_as_much_as_their_weig
     dataset = make_dataset(folder, Simulator(load_world("hero_plus"), "chipmunk", 120, 1))
     found = load_run(whitened).representation
     assert isinstance(found, VideoRepresentation)
-    assert found.beside is not None
-    joined = found.beside(found.encoder(dataset.videos), dataset.metrics)
+    assert found.concatenated is not None
+    joined = found.concatenated(found.encoder(dataset.videos), dataset.metrics)
     seen, metrics = (np.sqrt(part.var(axis=0).sum()) for part in (joined[:, :-5], joined[:, -5:]))
     assert seen == pytest.approx(1.0, rel=1e-4)
     assert metrics == pytest.approx(2.0, rel=1e-4)
@@ -150,7 +150,7 @@ def test_a_trail_is_drawn_into_the_pictures_that_an_encoder_sees(whitened: Path)
     np.testing.assert_array_equal(film(rollouts, found.settings.dataset), np.maximum(videos(rollouts, 2), trails(rollouts, 2)))
 
 
-@pytest.mark.parametrize("file", [WHITENING, BESIDE])
+@pytest.mark.parametrize("file", [WHITENING, CONCATENATION])
 def test_a_run_that_was_stopped_before_its_scales_were_saved_ends_with_the_same_bits(
     file: str, whitened: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -158,11 +158,11 @@ def test_a_run_that_was_stopped_before_its_scales_were_saved_ends_with_the_same_
     run_until(file, small("random", f"folder={path}", *WHITENED), monkeypatch)
     assert (path / ENCODER).exists()
     run(small("random", f"resume={path}", *WHITENED), given=False, opened=Opened())
-    for name in (ARCHIVE, ENCODER, WHITENING, BESIDE):
+    for name in (ARCHIVE, ENCODER, WHITENING, CONCATENATION):
         assert (path / name).read_bytes() == (whitened / name).read_bytes()
 
 
-@pytest.mark.parametrize("file", [WHITENING, BESIDE])
+@pytest.mark.parametrize("file", [WHITENING, CONCATENATION])
 def test_damaged_scales_are_refused_and_computed_again_by_a_run_but_not_by_a_reader(
     file: str, whitened: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -112,7 +112,7 @@ def test_every_kind_of_search_resumes_to_the_same_bits(kind: str, tmp_path: Path
     options = (
         "search.min_speed=0.02",
         "clustering.standardise=true",
-        "clustering.stable=2",
+        "clustering.repeatable=2",
         "search.generations=5",
         "clustering.medoids=4",
     )

@@ -107,7 +107,7 @@ def test_the_projects_own_plan_is_made_of_settings_that_there_are() -> None:
     assert len(runs) == 5 * len(plan.entries)
     for each in runs:  # the paper's budget, and it is said where more is spent
         search, clustering = each.settings.search, each.settings.clustering
-        spent = search.population * search.generations + clustering.medoids * clustering.stable * STARTS
+        spent = search.population * search.generations + clustering.medoids * clustering.repeatable * STARTS
         assert spent == 5000 or (spent == 5300 and "300 runs beyond the budget" in each.entry.tries), each.entry.name
     assert {each.settings.clustering.medoids for each in runs} == {10}
     first = [each for each in runs if each.seed == 0]

@@ -13,7 +13,7 @@ from hydra import compose, initialize_config_dir
 from hydra.errors import HydraException
 from omegaconf.errors import OmegaConfBaseException
 
-from discovery.command import CONFIGS
+from discovery.command import CONFIGS, with_todays_names
 from discovery.errors import DiscoveryError
 from discovery.settings import Settings, read_settings
 
@@ -130,7 +130,7 @@ def plan_runs(plan: Plan, entries: Sequence[Entry], seeds: int, out: Path, threa
         for entry in entries:
             words = (*plan.every, *entry.overrides, f"threads={threads}")
             try:
-                composed[entry.name] = words, read_settings(compose("config", list(words)))
+                composed[entry.name] = words, read_settings(compose("config", with_todays_names(words)))
             except (HydraException, OmegaConfBaseException, DiscoveryError) as error:
                 raise DiscoveryError(f"{entry.kind}, {entry.name}: {' '.join(str(error).split())[:300]}") from None
     planned = []

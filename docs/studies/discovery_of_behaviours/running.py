@@ -12,7 +12,7 @@ from pathlib import Path
 from discovery.errors import DiscoveryError
 from discovery.evaluation.groups import ASIDE
 from discovery.runs.run_folder import CONFIG, make_folder, open_folder, read_manifest
-from discovery.settings import PLACES, flat
+from discovery.settings import LOCATION_KEYS, flat
 from docs.studies.discovery_of_behaviours.plan import Planned
 from docs.studies.discovery_of_behaviours.stage_reuse import reuse_stages
 
@@ -35,7 +35,7 @@ def check_folders(planned: Sequence[Planned]) -> None:
     for each in planned:
         if not (each.path / CONFIG).exists():
             continue
-        harmless = ("threads", *PLACES) if finished(each.path) else PLACES
+        harmless = ("threads", *LOCATION_KEYS) if finished(each.path) else LOCATION_KEYS
         began, now = flat(open_folder(each.path).settings), flat(each.settings)
         for key in sorted(began | now):
             if key not in harmless and not key.startswith(ASIDE) and began.get(key) != now.get(key):

@@ -17,9 +17,9 @@ from docs.studies.discovery_of_behaviours.plan import Planned
 from swarm_envs.worlds import load_world
 
 AFTER_TRAINING = {
-    "simclr": {"symmetries", "whiten", "whiten_variance", "normalise", "metrics", "metrics_roots"},
-    "triplet": {"symmetries", "whiten", "whiten_variance", "metrics", "metrics_roots"},  # its loss is on normalised embeddings
-    "untrained": {"symmetries", "whiten", "whiten_variance", "normalise", "metrics", "metrics_roots"},
+    "simclr": {"symmetries", "whiten", "whiten_variance", "normalise", "metrics", "metrics_square_root"},
+    "triplet": {"symmetries", "whiten", "whiten_variance", "metrics", "metrics_square_root"},  # its loss is on normalised embeddings
+    "untrained": {"symmetries", "whiten", "whiten_variance", "normalise", "metrics", "metrics_square_root"},
 }
 """Settings of a representation that change what is made of the encoder's numbers, not the encoder."""
 NOTE = "handed_over.json"

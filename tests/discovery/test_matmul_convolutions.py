@@ -5,7 +5,7 @@ import torch
 from torch import nn
 
 from discovery.representations.encoder import make_network
-from discovery.representations.matmul_convolutions import SmallMapConv2d, quicken
+from discovery.representations.matmul_convolutions import MatmulConv2d, use_matmul_convolutions
 
 
 @pytest.mark.parametrize("side", [(1, 1), (1, 2), (2, 1), (2, 2), (3, 2), (4, 4)])
@@ -14,8 +14,8 @@ def test_values_and_gradients_are_those_of_a_convolution(side: tuple[int, int]) 
     plain = nn.Conv2d(6, 5, 3, padding=1, bias=False).double()
     quick = nn.Sequential(nn.Conv2d(6, 5, 3, padding=1, bias=False).double())
     quick[0].load_state_dict(plain.state_dict())
-    quicken(quick)
-    assert isinstance(quick[0], SmallMapConv2d)
+    use_matmul_convolutions(quick)
+    assert isinstance(quick[0], MatmulConv2d)
     maps = torch.randn(7, 6, *side, dtype=torch.float64)
     results = []
     for module in (plain, quick):
@@ -36,8 +36,8 @@ def test_only_convolutions_that_it_can_stand_in_for_are_replaced() -> None:
         nn.Conv2d(4, 4, 3, padding=1, groups=2, bias=False),
         nn.Conv2d(4, 4, 3, padding=2, dilation=2, bias=False),
     )
-    quicken(network)
-    assert not any(isinstance(module, SmallMapConv2d) for module in network)
+    use_matmul_convolutions(network)
+    assert not any(isinstance(module, MatmulConv2d) for module in network)
 
 
 def test_the_encoder_has_resnet18s_weights_by_their_names() -> None:
