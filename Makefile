@@ -93,7 +93,7 @@ $(VENV)/installed-discovery: pyproject.toml | $(VENV)/bin/python
 
 $(VENV)/installed-dev: pyproject.toml | $(VENV)/bin/python
 	@echo "setting up $(VENV) with what the tests need (once; about 3 GB, a few minutes)"
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[discovery,deployment,hardware,video,window,trainers,calibration,docs,dev]"
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[discovery,fleet,hardware,video,window,trainers,calibration,docs,dev]"
 	@touch $@ $(VENV)/installed-discovery $(VENV)/installed-hardware
 
 $(GUIDES): $(VENV)/guides/%/installed: tests/docs/packages/%.txt | $(VENV)/installed-dev

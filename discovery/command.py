@@ -29,8 +29,13 @@ from discovery.tracking import check_tracker
 from swarm_envs.simulation import announce_engine
 from swarm_envs.worlds import WorldError, load_world
 
-CONFIGS = Path(__file__).parent.parent / "configs"
-OPTIONS = {"-m", "--multirun", "-h", "--help", "--hydra-help", "--version", "-c", "--cfg", "-i", "--info", "--resolve", "-p", "--package"}
+CONFIGS = Path(__file__).parent / "configs"
+"""The hydra configs: a link to the repository's ``configs/`` in a checkout, files of the package where it is installed."""
+
+OPTIONS = {
+    "-m", "--multirun", "-h", "--help", "--hydra-help", "--version", "-c", "--cfg", "-i", "--info", "--resolve", "-p", "--package",
+    "-cd", "--config-dir",
+}  # fmt: skip
 """Hydra's options that make sense here; everything else is a setting, key=value."""
 
 
@@ -107,7 +112,7 @@ def run(settings: Settings, given: bool, opened: Opened) -> Path:
 
 def _hydra_main(opened: Opened) -> None:
     if not (CONFIGS / "config.yaml").is_file():
-        raise DiscoveryError(f"{CONFIGS}: no config.yaml there; run from a checkout of the repository (pip install -e .)")
+        raise DiscoveryError(f"{CONFIGS}: no config.yaml there; the installation is incomplete, install swarm-envs again")
     os.environ["HYDRA_FULL_ERROR"] = "1"  # hydra then raises its errors instead of printing them at length
 
     @hydra.main(config_path=str(CONFIGS), config_name="config", version_base="1.3")

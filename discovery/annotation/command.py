@@ -54,7 +54,7 @@ async def _serve(arguments: argparse.Namespace) -> None:
     try:
         from discovery.annotation.server import AnnotationPage
     except ImportError as error:
-        raise DiscoveryError(f"{error}; install swarm-envs[deployment], which has the web server") from None
+        raise DiscoveryError(f"{error}; install swarm-envs[fleet], which has the web server") from None
     from discovery.annotation.answers import open_answers
     from discovery.annotation.clips import Clips, HeldOutClips, dataset_clips
     from discovery.rollouts.simulator import Simulator

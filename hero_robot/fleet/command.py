@@ -42,7 +42,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="python -m hero_robot.fleet", description="A fleet of HeRo+ robots on the lab's network.")
+    parser = argparse.ArgumentParser(prog="swarm-fleet", description="A fleet of HeRo+ robots on the lab's network.")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
     def add(name: str, function: Any, what: str) -> argparse.ArgumentParser:
@@ -133,7 +133,7 @@ async def _serve_until_told(given: argparse.Namespace, fleet: Fleet) -> None:
     try:
         from hero_robot.fleet.page import FleetPage
     except ImportError:
-        raise FleetError("aiohttp is not installed; the live page needs it: pip install 'swarm-envs[deployment]'") from None
+        raise FleetError("aiohttp is not installed; the live page needs it: pip install 'swarm-envs[fleet]'") from None
     from hero_robot.fleet.run_log import RunLog
     from hero_robot.fleet.server import FleetServer
 

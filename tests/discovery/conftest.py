@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from discovery.command import CONFIGS, Opened, run
+from discovery.command import Opened, run
 from tests.discovery.tiny_run import tiny
 
 
@@ -25,7 +25,7 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def command(tmp_path: Path) -> Callable[..., subprocess.CompletedProcess[str]]:
     """Call ``python -m discovery`` away from the repository."""
-    root = str(CONFIGS.parent)
+    root = str(Path(__file__).parents[2])
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([root, os.environ.get("PYTHONPATH", "")])}
 
     def call(*words: str) -> subprocess.CompletedProcess[str]:

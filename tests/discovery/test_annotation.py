@@ -20,7 +20,7 @@ import pytest
 
 from discovery.annotation.answers import KINDS, Answers, open_answers, question, read_labels
 from discovery.annotation.clips import DatasetClips
-from discovery.command import CONFIGS, Opened, run
+from discovery.command import Opened, run
 from discovery.controllers import random_controllers
 from discovery.errors import DiscoveryError
 from discovery.representations.judgements import read_judgements
@@ -31,7 +31,7 @@ from swarm_envs.worlds import load_world
 from tests.browser import headless_chromium
 from tests.discovery.tiny_run import tiny
 
-pytest.importorskip("aiohttp", reason="aiohttp is absent: pip install swarm-envs[deployment]")
+pytest.importorskip("aiohttp", reason="aiohttp is absent: pip install swarm-envs[fleet]")
 from discovery.annotation.server import AnnotationPage
 
 
@@ -51,7 +51,7 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
 @contextmanager
 def page(browser: Any, *words: str) -> Iterator[subprocess.Popen[str]]:
     """Serve and open it."""
-    environment = {**os.environ, "PYTHONPATH": str(CONFIGS.parent)}
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
     command = [sys.executable, "-m", "discovery.annotation", *words, "--port", "0", "--name", "Ada"]
     serving = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
     assert serving.stdout is not None

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from discovery.command import CONFIGS, Opened, run
+from discovery.command import Opened, run
 from discovery.evaluation.command import main
 from discovery.rollouts.simulator import Simulator
 from discovery.rollouts.test_set import draw_held_out
@@ -22,7 +22,7 @@ from swarm_envs.worlds import load_world
 from tests.browser import headless_chromium
 from tests.discovery.tiny_run import tiny
 
-AXE = CONFIGS.parent / "docs" / "playground" / "node_modules" / "axe-core" / "axe.min.js"
+AXE = Path(__file__).parents[2] / "docs" / "playground" / "node_modules" / "axe-core" / "axe.min.js"
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from discovery.command import CONFIGS
 from discovery.runs.run_folder import ARCHIVE, CONFIG, ENCODER, MANIFEST, METRICS, part_name, read_manifest
 
 RUNS = 10
@@ -35,7 +34,7 @@ class Prepared:
 
     def __init__(self, log: Path) -> None:
         self._log = log.open("w")
-        environment = {**os.environ, "PYTHONPATH": str(CONFIGS.parent), "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+        environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2]), "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
         self._process = subprocess.Popen(
             [sys.executable, "-m", "tests.discovery.prepared"],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._log, text=True, env=environment,

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from discovery.command import CONFIGS, Opened, run
+from discovery.command import Opened, run
 from discovery.errors import DiscoveryError
 from discovery.runs.run_folder import ARCHIVE, ENCODER, METRICS, open_folder
 from tests.discovery.stopping import run_until
@@ -133,7 +133,7 @@ def test_every_kind_of_search_resumes_to_the_same_bits(kind: str, tmp_path: Path
 
 def test_ctrl_c_ends_the_command_calmly_and_the_run_resumes(finished: Path, tmp_path: Path) -> None:
     path = tmp_path / "stopped"
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(CONFIGS.parent), os.environ.get("PYTHONPATH", "")])}
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")])}
     process = subprocess.Popen(
         [sys.executable, "-m", "discovery", *TINY, f"folder={path}"],
         env=environment,
