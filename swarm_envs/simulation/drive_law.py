@@ -26,7 +26,7 @@ def time_of_effect(effects: Effects, given: float) -> float:
 @compiled(forceinline=True, _nrt=False)
 def ticks_of_delay(effects: Effects, tick: float) -> tuple[int, float]:
     """Return how late commands act that are given at the start of ticks of ``tick`` s: whole ticks, and the share of one more."""
-    late = effects.dead_time / tick
+    late = time_of_effect(effects, 0.0) / tick
     share = late - math.floor(late)
     return math.floor(late + 1e-9), 0.0 if share < 1e-9 or share > 1.0 - 1e-9 else share
 
