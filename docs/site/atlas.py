@@ -15,32 +15,11 @@ import numpy as np
 import numpy.typing as npt
 
 from discovery.rollouts.labels import BEHAVIOURS
+from docs.site import generate
+from docs.site.atlas_data import DATA, controllers
 
-DATA = Path(__file__).with_name("atlas.json")
 ITERATIONS = 1000
 """Of t-SNE, which lays out the map."""
-
-
-def read() -> dict[str, Any]:
-    """Return the committed data."""
-    data: dict[str, Any] = json.loads(DATA.read_text(encoding="utf-8"))
-    return data
-
-
-def controllers(data: dict[str, Any]) -> npt.NDArray[np.float64]:
-    """Return the controllers (N, 4) of atlas data, with every bit."""
-    return np.frombuffer(base64.b64decode(data["controllers"]), dtype="<f8").reshape(-1, 4)
-
-
-def labels(data: dict[str, Any]) -> list[str]:
-    """Return the N labels of atlas data."""
-    return [data["labels"][label] for label in base64.b64decode(data["label"])]
-
-
-def start_of(data: dict[str, Any], row: int) -> tuple[int, int]:
-    """Return the seed of a row's rollout and its index there."""
-    generations, indices = (np.frombuffer(base64.b64decode(data[name]), dtype="<u2") for name in ("generations", "indices"))
-    return int(data["seeds"][generations[row]]), int(indices[row])
 
 
 def condense(folder: Path) -> dict[str, Any]:
@@ -102,7 +81,6 @@ def packed(values: npt.ArrayLike, kind: str) -> str:
 def main(arguments: list[str]) -> int:
     """Write atlas.json and the page; 2 for a mistake."""
     from discovery import DiscoveryError
-    from docs.site import generate
 
     if len(arguments) != 1:
         print(

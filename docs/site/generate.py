@@ -14,7 +14,7 @@ from typing import Any
 import gymnasium as gym
 
 import swarm_envs
-from docs.site import atlas
+from docs.site import atlas_data
 from swarm_envs.envs.registration import ENVIRONMENTS
 from swarm_envs.envs.swarm import SwarmEnv
 from swarm_envs.envs.tasks import TASKS
@@ -31,7 +31,7 @@ def pages() -> dict[str, str]:
     written["environments/index.md"] = environment_index()
     written |= {f"worlds/{name}.md": world_page(swarm_envs.load_world(name)) for name in swarm_envs.world_names()}
     written["worlds/index.md"] = world_index()
-    written["atlas.md"] = atlas_page(atlas.read())
+    written["atlas.md"] = atlas_page(atlas_data.read())
     return written
 
 
@@ -258,9 +258,9 @@ def playground_data() -> str:
 def medoid_table(data: dict[str, Any]) -> str:
     """Return the atlas's medoids as a table, for readers who cannot use the map."""
     rows = ["| no. | behaviour | share | no robot in view | a robot in view | other engine | play |", "|---|---|---|---|---|---|---|"]
-    world, genes, labels = data["run"]["world"], atlas.controllers(data), atlas.labels(data)
+    world, genes, labels = data["run"]["world"], atlas_data.controllers(data), atlas_data.labels(data)
     for number, medoid in enumerate(data["medoids"], 1):
-        row, (seed, index) = medoid["row"], atlas.start_of(data, medoid["row"])
+        row, (seed, index) = medoid["row"], atlas_data.start_of(data, medoid["row"])
         v0, w0, v1, w1 = genes[row]
         address = open_in_playground({"world": world, "controller": genes[row].tolist(), "seed": seed, "index": index}, "")
         cells = [

@@ -14,12 +14,12 @@ import numpy as np
 import pytest
 
 import swarm_envs
-from docs.site import atlas
+from docs.site import atlas, atlas_data
 from swarm_envs import behaviours
 
 ROOT = Path(__file__).parents[2]
-DATA = atlas.read()
-LABELS = atlas.labels(DATA)
+DATA = atlas_data.read()
+LABELS = atlas_data.labels(DATA)
 
 
 @pytest.fixture
@@ -36,8 +36,8 @@ def part(page: Any, name: str) -> Any:
 def test_the_data_are_compact_and_whole() -> None:
     count = DATA["run"]["evaluations"]
     assert count >= 5_000
-    assert atlas.DATA.stat().st_size < 500_000
-    assert atlas.controllers(DATA).shape == (count, 4)
+    assert atlas_data.DATA.stat().st_size < 500_000
+    assert atlas_data.controllers(DATA).shape == (count, 4)
     assert len(LABELS) == len(base64.b64decode(DATA["places"])) // 4 == count
     assert len({medoid["row"] for medoid in DATA["medoids"]}) == 10
     assert abs(sum(medoid["share"] for medoid in DATA["medoids"]) - 1) < 1e-2
@@ -45,10 +45,10 @@ def test_the_data_are_compact_and_whole() -> None:
 
 def test_labels_are_those_of_todays_simulation() -> None:
     rows = [medoid["row"] for medoid in DATA["medoids"]] + list(range(0, len(LABELS), len(LABELS) // 20))
-    world, genes = DATA["run"]["world"], atlas.controllers(DATA)
+    world, genes = DATA["run"]["world"], atlas_data.controllers(DATA)
     starts = []
     for row in rows:
-        seed, index = atlas.start_of(DATA, row)
+        seed, index = atlas_data.start_of(DATA, row)
         starts.append(swarm_envs.rollouts(world, [[0, 0, 0, 0]] * (index + 1), seed=seed, steps=0, threads=1).poses[index, 0])
     runs = swarm_envs.rollouts(
         world, genes[rows], initial_poses=starts, engine=DATA["run"]["engine"], steps=DATA["run"]["steps"], threads=1
@@ -122,10 +122,10 @@ def test_the_legend_counts_and_hides(page: Any) -> None:
 
 def test_a_folder_without_a_run_is_told_in_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("pyarrow")
-    before = atlas.DATA.read_bytes()
+    before = atlas_data.DATA.read_bytes()
     assert atlas.main([str(tmp_path / "nowhere")]) == 2
     assert atlas.main([]) == 2
     told = capsys.readouterr().err.splitlines()
     assert len(told) == 2
     assert "nowhere" in told[0]
-    assert atlas.DATA.read_bytes() == before
+    assert atlas_data.DATA.read_bytes() == before
