@@ -33,6 +33,7 @@ ELSEWHERE = {
     "studies/calibration/index": "takes hours; tests/studies/test_calibration.py runs a small one",
     "studies/calibration_of_real_robots/index": "needs logs from elsewhere; tests/calibration/test_measured.py runs it where they are",
     "studies/discovery_of_behaviours/index": "takes hours; tests/studies/test_discovery_of_behaviours.py runs a small one",
+    "studies/task_rewards/index": "takes a minute; tests/studies/test_task_rewards.py runs a small one",
     "studies/wall_following_and_milling/index": "takes minutes; tests/studies/test_wall_following_and_milling.py runs a small one",
 }
 OPEN = {"text", "yaml"}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from docs.studies.marked_page import between_marks
 from docs.studies.wall_following_and_milling import study
 
 
@@ -15,7 +16,6 @@ def test_a_small_study_prints_a_row_for_each_world(capsys: pytest.CaptureFixture
 
 
 def test_the_page_holds_the_tables_that_its_script_writes() -> None:
-    text = study.PAGE.read_text(encoding="utf-8")
-    table = text.split("<!-- results -->\n")[1].split("<!-- end of results -->")[0]
+    table = between_marks(study.PAGE, "results")
     assert all(table.count(f"`{world.split(',')[0]}`") >= 3 for world in study.worlds())
     assert study.FIGURE.exists()

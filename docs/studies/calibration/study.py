@@ -23,14 +23,15 @@ import yaml
 
 from docs.studies.calibration.draws import KINDS, Outcome, Task, perform
 from docs.studies.calibration.tally import report, table
+from docs.studies.marked_page import write_between_marks
 
 PLAN = Path(__file__).with_name("plan.yaml")
 """What the page tells of: the seed, the number of draws of each kind, and the procedures of the lab."""
 PAGE = Path(__file__).with_name("index.md")
 OUT = Path("build/calibration-study")
 """Folder of the results, under the folder that the command is given in."""
-RESULTS = "<!-- results -->"
-"""Line of a page after which results stand."""
+MARK = "results"
+"""Of the page: results stand after it."""
 
 
 def read_outcomes(path: Path) -> list[Outcome]:
@@ -77,12 +78,8 @@ def run(tasks: Sequence[Task], out: Path, workers: int) -> list[Outcome]:
 
 
 def write_page(page: Path, results: str) -> None:
-    """Put results into a page, in the place of those that it had."""
-    text = page.read_text(encoding="utf-8")
-    head, mark, _ = text.partition(RESULTS)
-    if not mark:
-        raise SystemExit(f"{page}: no line {RESULTS!r}, after which the results are to stand")
-    page.write_text(f"{head}{RESULTS}\n\n{results.partition(chr(10))[2].strip()}\n", encoding="utf-8")
+    """Put results into a page, without their heading."""
+    write_between_marks(page, {MARK: results.partition("\n")[2]})
 
 
 def _performed(tasks: Sequence[Task], workers: int) -> Iterable[Outcome]:
@@ -100,7 +97,7 @@ def main(given: Sequence[str] | None = None) -> None:
         number = plan["draws"][kind]
         parser.add_argument(f"--{kind}", type=int, default=number, help=f"number of draws (default {number})")
     parser.add_argument("--out", type=Path, default=OUT, help=f"folder of the results (default {OUT})")
-    parser.add_argument("--page", type=Path, help=f"page to write into, after a line {RESULTS} (default: the study's, for its plan)")
+    parser.add_argument("--page", type=Path, help=f"page to write into, after a line <!-- {MARK} --> (default: the study's, for its plan)")
     parser.add_argument("--seed", type=int, default=plan["seed"], help="first seed; another one draws other effects and logs")
     parser.add_argument("--workers", type=int, default=2, help="processes (default 2)")
     parser.add_argument("--procedures", nargs="+", choices=["drives", "swarm", "pushes"], default=plan["procedures"])

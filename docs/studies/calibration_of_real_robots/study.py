@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from docs.studies.marked_page import write_between_marks
 from swarm_envs import load_world, rollouts
 from swarm_envs.behaviours import label
 from swarm_envs.calibration import Findings, Log, Track, calibrate
@@ -278,13 +279,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
         "gain": gain_table(every), "causes": cause_table(every, stability), "rest": rest_table(every), "onset": onset_table(every[0]),
         "labels": label_table(),
     }  # fmt: skip
-    text = PAGE.read_text(encoding="utf-8")
-    for name, table in tables.items():
-        head, _, rest = text.partition(f"<!-- {name} -->\n")
-        _, mark, tail = rest.partition("<!-- end -->")
-        if not mark:
-            raise SystemExit(f"{PAGE}: has no marks <!-- {name} --> and <!-- end -->, between which a table is to stand")
-        text = f"{head}<!-- {name} -->\n{table}\n{mark}{tail}"
-    PAGE.write_text(text, encoding="utf-8")
+    write_between_marks(PAGE, tables)
     horizon_figure(every).savefig(PAGE.with_name("horizons.png"), dpi=90)
     step_figure(every[0]).savefig(PAGE.with_name("hero_steps.png"), dpi=90)

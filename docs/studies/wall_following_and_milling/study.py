@@ -9,7 +9,6 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import math
-import re
 import sys
 from collections import Counter
 from pathlib import Path
@@ -18,6 +17,7 @@ import numpy as np
 
 import swarm_envs
 from docs.studies.intervals import wilson
+from docs.studies.marked_page import write_between_marks
 from swarm_envs.worlds import WorldSpec
 
 PAGE = Path(__file__).with_name("index.md")
@@ -126,16 +126,6 @@ def draw(results: dict[str, Result], path: Path) -> None:
     figure.savefig(path, dpi=110)
 
 
-def write(page: Path, results: dict[str, Result]) -> None:
-    """Put the tables between the page's marks and the figure beside it."""
-    draw(results, FIGURE)
-    marked = re.compile(r"(<!-- results -->\n).*?(<!-- end of results -->)", re.DOTALL)
-    text, found = marked.subn(lambda marks: marks[1] + table(results) + "\n" + marks[2], page.read_text(encoding="utf-8"))
-    if found != 1:
-        raise SystemExit(f"{page}: has no single pair of marks <!-- results --> and <!-- end of results -->")
-    page.write_text(text, encoding="utf-8")
-
-
 def main(words: list[str] | None = None) -> None:
     """Run the study."""
     parser = argparse.ArgumentParser(prog="python -m docs.studies.wall_following_and_milling", description=__doc__)
@@ -150,7 +140,8 @@ def main(words: list[str] | None = None) -> None:
     if given.print:
         print(table(results))
     else:
-        write(PAGE, results)
+        draw(results, FIGURE)
+        write_between_marks(PAGE, {"results": table(results)})
 
 
 def _code(world: str) -> str:
