@@ -8,7 +8,7 @@ from typing import Any
 
 import torch
 
-from discovery.clustering.engine_agreement import Confirmation, confirm, describe
+from discovery.clustering.engine_agreement import EngineAgreement, compare_engines, describe
 from discovery.clustering.medoids import cluster
 from discovery.clustering.repeatability import most_repeatable
 from discovery.clustering.wccn import within_class_covariance
@@ -91,16 +91,16 @@ def _stages(folder: RunFolder, simulator: Simulator, manifest: dict[str, Any]) -
         folder.write(ARCHIVE, to_parquet(archive, clusters))
         medoid_labels = archive.labels[clusters.medoids].tolist()
         line.done = f"{len(clusters.medoids)} medoids; {_count(medoid_labels)}"
-    with stage("confirming", seconds) as line:
-        confirmations = confirm(simulator, archive.controllers[clusters.medoids], medoid_labels, settings.seed)
-        summary = summarise(settings.representation.method, archive, clusters, fitted, confirmations)
+    with stage("agreement", seconds) as line:
+        agreements = compare_engines(simulator, archive.controllers[clusters.medoids], medoid_labels, settings.seed)
+        summary = summarise(settings.representation.method, archive, clusters, fitted, agreements)
         if repeatability is not None:
             summary["repeatability"] = repeatability.summary()
         folder.write_json(METRICS, summary)
-        line.done = describe(confirmations)
+        line.done = describe(agreements)
     with stage("report", seconds) as line:
         _picture(folder, simulator, archive, clusters)
-        path = write_report(folder, simulator, archive, clusters, confirmations, fitted, manifest)
+        path = write_report(folder, simulator, archive, clusters, agreements, fitted, manifest)
         files = export(folder.path / MEDOIDS, simulator, archive, clusters, folder.path.name)
         line.done = f"{path.stat().st_size / 1e6:.1f} MB of HTML; {len(files) // 2} medoids as GIF and controller update file"
     folder.remove("training/*.safetensors")  # kept until now: were the encoder damaged, the last checkpoint would make it again
@@ -117,7 +117,7 @@ def _picture(folder: RunFolder, simulator: Simulator, archive: Archive, clusters
         folder.tracker.picture("medoids", f"{number} {archive.labels[row]}", last)
 
 
-def summarise(method: str, archive: Archive, clusters: Clusters, fitted: Fitted, confirmations: list[Confirmation]) -> dict[str, Any]:
+def summarise(method: str, archive: Archive, clusters: Clusters, fitted: Fitted, agreements: list[EngineAgreement]) -> dict[str, Any]:
     """Return a run's numbers for ``metrics.json``."""
     medoids = clusters.medoids
     return {
@@ -131,9 +131,9 @@ def summarise(method: str, archive: Archive, clusters: Clusters, fitted: Fitted,
                 "controller": archive.controllers[row].tolist(),
                 "label": str(archive.labels[row]),
                 "share": float(share),
-                "confirmation": confirmation.summary(),
+                **agreement.summary(),
             }
-            for row, share, confirmation in zip(medoids, clusters.share(), confirmations, strict=True)
+            for row, share, agreement in zip(medoids, clusters.share(), agreements, strict=True)
         ],
         "novelty_by_generation": [float(archive.novelty[archive.generation == g].mean()) for g in range(int(archive.generation.max()) + 1)],
         "representation": {"method": method, "origin": fitted.origin},

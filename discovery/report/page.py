@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, select_autoescape
 
-from discovery.clustering.engine_agreement import STARTS, Confirmation
+from discovery.clustering.engine_agreement import STARTS, EngineAgreement
 from discovery.report.animation import describe_scene, pack_rollout, to_base64
 from discovery.report.archive_map import choose_rows, lay_out
 from discovery.report.chart import line_chart
@@ -30,7 +30,7 @@ def write_report(
     simulator: Simulator,
     archive: Archive,
     clusters: Clusters,
-    confirmations: list[Confirmation],
+    agreements: list[EngineAgreement],
     fitted: Fitted,
     manifest: dict[str, Any],
 ) -> Path:
@@ -38,7 +38,7 @@ def write_report(
     environment = Environment(
         loader=FileSystemLoader(Path(__file__).parent), autoescape=select_autoescape(["html.j2"], default=False), undefined=StrictUndefined
     )
-    scene, cards = _cards(folder, simulator, archive, clusters, confirmations)
+    scene, cards = _cards(folder, simulator, archive, clusters, agreements)
     page = environment.get_template("page.html.j2").render(
         settings=folder.settings,
         world=simulator.world,
@@ -58,13 +58,13 @@ def write_report(
 
 
 def _cards(
-    folder: RunFolder, simulator: Simulator, archive: Archive, clusters: Clusters, confirmations: list[Confirmation]
+    folder: RunFolder, simulator: Simulator, archive: Archive, clusters: Clusters, agreements: list[EngineAgreement]
 ) -> tuple[dict[str, Any], list[dict[str, Any]]]:
     """Return what all animations share, and one card for each medoid."""
     every = folder.settings.report.frame_every
     scene: dict[str, Any] = {}
     cards: list[dict[str, Any]] = []
-    for row, share, confirmation in zip(clusters.medoids.tolist(), clusters.share().tolist(), confirmations, strict=True):
+    for row, share, agreement in zip(clusters.medoids.tolist(), clusters.share().tolist(), agreements, strict=True):
         rollout = simulator.again(archive.controllers[row], int(archive.world_seed[row]), int(archive.world_index[row]))
         scene = describe_scene(rollout, every)
         v0, w0, v1, w1 = archive.controllers[row]
@@ -73,7 +73,7 @@ def _cards(
                 "number": len(cards) + 1,
                 "label": str(archive.labels[row]),
                 "share": share,
-                "confirmation": confirmation,
+                "agreement": agreement,
                 "genes": [("sees nothing", 100 * v0, w0), ("sees a robot", 100 * v1, w1)],
                 "generation": int(archive.generation[row]),
                 "code": ", ".join(f"{gene:.4f}" for gene in archive.controllers[row]),

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-DISTANCES = ("euclidean", "cosine")
 SPARE = 16
 """Neighbours looked at beyond those asked for: float32 products may swap ones that are nearly as far."""
 BLOCK = 2**24

@@ -30,9 +30,13 @@ def condense(folder: Path) -> dict[str, Any]:
     """
     from discovery import load_run
     from discovery.errors import DiscoveryError
+    from discovery.rollouts.simulator import Simulator
     from discovery.settings import LOCATION_KEYS
+    from swarm_envs.cores import available_cores
+    from swarm_envs.worlds import load_world
 
     run = load_run(folder)
+    from discovery.clustering.engine_agreement import compare_engines
     from discovery.report.archive_map import lay_out  # its libraries take seconds to import: mistakes are told before
 
     archive, settings, metrics = run.archive, run.settings, run.metrics
@@ -42,6 +46,11 @@ def condense(folder: Path) -> dict[str, Any]:
     words += [] if any(word.startswith("threads=") for word in words) else [f"threads={run.manifest['threads']}"]
     _, first = np.unique(archive.generation, return_index=True)
     places = lay_out(archive.embeddings, ITERATIONS, settings.seed)
+    simulator = Simulator(load_world(settings.world), settings.engine, settings.steps, available_cores())
+    medoids = run.medoids  # asked again: runs of earlier versions do not say how often a label came back
+    agreements = compare_engines(
+        simulator, np.stack([each.controller for each in medoids]), [each.label for each in medoids], settings.seed
+    )
     return {
         "run": {
             "name": settings.name, "world": settings.world, "engine": settings.engine, "steps": settings.steps, "seed": settings.seed,
@@ -53,8 +62,8 @@ def condense(folder: Path) -> dict[str, Any]:
         "labels": list(BEHAVIOURS),
         "seeds": archive.world_seed[first].tolist(),
         "medoids": [
-            {"row": medoid.row, "share": round(medoid.share, 4), "confirmed": told["confirmation"]["confirmed"]}
-            for medoid, told in zip(run.medoids, metrics["medoids"], strict=True)
+            {"row": medoid.row, "share": round(medoid.share, 4), "engines_agree": agreement.agree, "label_repeated": agreement.repeated}
+            for medoid, agreement in zip(run.medoids, agreements, strict=True)
         ],
         "label": packed([BEHAVIOURS.index(label) for label in archive.labels], "u1"),
         "places": packed(np.round(places * 65_535), "<u2"),

@@ -14,6 +14,7 @@ from typing import Any
 import gymnasium as gym
 
 import swarm_envs
+from discovery.clustering.engine_agreement import STARTS
 from docs.site import atlas_data
 from swarm_envs.envs.registration import ENVIRONMENTS
 from swarm_envs.envs.swarm import SwarmEnv
@@ -257,7 +258,10 @@ def playground_data() -> str:
 
 def medoid_table(data: dict[str, Any]) -> str:
     """Return the atlas's medoids as a table, for readers who cannot use the map."""
-    rows = ["| no. | behaviour | share | no robot in view | a robot in view | other engine | play |", "|---|---|---|---|---|---|---|"]
+    rows = [
+        "| no. | behaviour | share | no robot in view | a robot in view | label repeats | engines | play |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
     world, genes, labels = data["run"]["world"], atlas_data.controllers(data), atlas_data.labels(data)
     for number, medoid in enumerate(data["medoids"], 1):
         row, (seed, index) = medoid["row"], atlas_data.start_of(data, medoid["row"])
@@ -269,7 +273,8 @@ def medoid_table(data: dict[str, Any]) -> str:
             f"{100 * medoid['share']:.0f}&nbsp;%",
             f"{100 * v0:.1f} cm/s, {w0:.2f} rad/s",
             f"{100 * v1:.1f} cm/s, {w1:.2f} rad/s",
-            {True: "confirms", False: "differs", None: "not asked"}[medoid["confirmed"]],
+            f"{medoid['label_repeated']} of {STARTS}",
+            {True: "agree", False: "differ", None: "not asked"}[medoid["engines_agree"]],
             f'<a href="{address}" aria-label="Open medoid {number} in the playground">open</a>',
         ]
         rows.append("| " + " | ".join(cells) + " |")
@@ -295,8 +300,9 @@ evaluated in [{run["world"]}](worlds/{run["world"]}.md). Points that are close o
 
 {medoid_table(data)}
 
-*Share* is the part of the archive that a medoid represents. *Confirms* means that most runs from five new starts get the same
-name from both engines.
+*Share* is the part of the archive that a medoid represents. Each controller was run again from {STARTS} new starts with both engines:
+*label repeats* counts the runs with `{run["engine"]}` that the rules call what they called the medoid; the *engines agree* when most runs
+of both get the same name, be it the medoid's or another.
 
 ## Where the data come from
 

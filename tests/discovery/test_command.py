@@ -165,4 +165,4 @@ def test_the_manifest_says_what_made_the_run(finished: Path) -> None:
     assert manifest["seed"] == 0
     assert {"torch", "ribs", "numpy", "lightly", "python"} <= manifest["versions"].keys()
     assert {"processor", "cores", "memory_gb"} <= manifest["machine"].keys()
-    assert manifest["seconds"].keys() == {"dataset", "training", "search", "clusters", "confirming", "report"}
+    assert manifest["seconds"].keys() == {"dataset", "training", "search", "clusters", "agreement", "report"}

@@ -1,4 +1,4 @@
-"""A behaviour that only one engine produces is marked in the report and in the run's numbers."""
+"""A label that does not come back, and a behaviour that only one engine produces, are marked apart in the report and in the numbers."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from discovery.clustering.engine_agreement import STARTS, confirm, describe, majority
+from discovery import load_run
+from discovery.clustering.engine_agreement import STARTS, compare_engines, describe, engines_agree, majority
 from discovery.command import Opened, run
 from discovery.controllers import FloatArray
 from discovery.rollouts.simulator import Simulator
@@ -41,31 +42,41 @@ def hide_a_disagreement(monkeypatch: pytest.MonkeyPatch, engine: str) -> None:
 
 
 @pytest.mark.parametrize(("engine", "other"), [("chipmunk", "disc"), ("disc", "chipmunk")])
-def test_plain_behaviours_are_confirmed_by_the_other_engine(engine: str, other: str) -> None:
-    found = confirm(simulator(engine), np.array([PURSUIT, HEAP]), LABELS, seed=0)
-    assert [each.confirmed for each in found] == [True, True]
+def test_the_engines_agree_on_plain_behaviours_whose_labels_repeat(engine: str, other: str) -> None:
+    found = compare_engines(simulator(engine), np.array([PURSUIT, HEAP]), LABELS, seed=0)
+    assert [each.agree for each in found] == [True, True]
+    assert [each.repeats for each in found] == [True, True]
     assert [each.other_label for each in found] == LABELS
     assert {each.engine for each in found} == {other}
-    assert describe(found) == f"2 of 2 confirmed by {other}"
+    assert describe(found) == f"2 of 2 labels repeat from most new starts; {other} agrees on 2 of 2"
 
 
-def test_a_behaviour_of_one_engine_alone_is_not_confirmed(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_engines_differ_on_a_behaviour_of_one_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     hide_a_disagreement(monkeypatch, "disc")
-    found = confirm(simulator(), np.array([PURSUIT, HEAP]), LABELS, seed=0)
-    assert [(each.confirmed, each.label, each.other_label, each.votes) for each in found] == [
+    found = compare_engines(simulator(), np.array([PURSUIT, HEAP]), LABELS, seed=0)
+    assert [(each.agree, each.own_label, each.other_label, each.votes) for each in found] == [
         (False, "cyclic pursuit", "random", STARTS),
         (False, "aggregation", "random", STARTS),
     ]
-    assert describe(found) == "0 of 2 confirmed by disc"
+    assert describe(found) == "2 of 2 labels repeat from most new starts; disc agrees on 0 of 2"
+
+
+def test_engines_that_agree_with_each_other_do_not_make_a_wrong_label_repeat() -> None:
+    (found,) = compare_engines(simulator("disc"), np.array([PURSUIT]), ["dispersal"], seed=0)
+    assert (found.agree, found.repeats, found.repeated) == (True, False, 0)
+    told = found.summary()
+    assert told["engine_agreement"]["agree"] is True
+    assert told["label_repeatability"] == {"starts": STARTS, "repeated": 0, "label_by_majority": "cyclic pursuit"}
 
 
 def test_a_world_that_the_disc_engine_refuses_is_not_checked_and_says_why() -> None:
     world = dataclasses.replace(load_world("hero_plus"), objects=(PushableObject("disc", (0.05,), (0.2, 0.2, 0.0)),))
-    found = confirm(simulator(world=world), np.array([PURSUIT]), LABELS[:1], seed=0)
-    assert found[0].confirmed is None
-    assert found[0].summary()["confirmed"] is None
-    assert "cannot push objects" in found[0].summary()["not_checked"]
-    assert describe(found).startswith("not checked with disc: ")
+    found = compare_engines(simulator(world=world), np.array([PURSUIT]), LABELS[:1], seed=0)
+    told = found[0].summary()["engine_agreement"]
+    assert found[0].agree is None
+    assert told["agree"] is None
+    assert "cannot push objects" in told["not_checked"]
+    assert "; disc not asked: " in describe(found)
 
 
 def test_the_majority_decides_and_the_runs_own_label_between_equals() -> None:
@@ -76,10 +87,18 @@ def test_the_majority_decides_and_the_runs_own_label_between_equals() -> None:
 
 def test_every_card_of_the_report_and_every_medoid_in_the_numbers_says_what_the_other_engine_makes_of_it(finished: Path) -> None:
     page, medoids = (finished / "report.html").read_text(encoding="utf-8"), json.loads((finished / "metrics.json").read_text())["medoids"]
-    confirmed = [medoid["confirmation"]["confirmed"] for medoid in medoids]
-    assert len(confirmed) == 10
-    assert page.count('class="check">confirmed by disc:') == confirmed.count(True)
-    assert page.count("<b>not confirmed by disc</b>") == confirmed.count(False)
+    agreed = [engines_agree(medoid) for medoid in medoids]
+    assert len(agreed) == 10
+    assert page.count("engines agree: disc shows") == agreed.count(True)
+    assert page.count("<b>engines differ</b>") == agreed.count(False)
+    repeated = [medoid["label_repeatability"]["label_by_majority"] == medoid["label"] for medoid in medoids]
+    assert page.count('class="check">label repeats:') == repeated.count(True)
+    assert page.count("<b>label does not repeat</b>") == repeated.count(False)
+
+
+def test_what_earlier_runs_call_confirmed_is_read_as_agreement_of_the_engines() -> None:
+    medoids = load_run(Path(__file__).parent / "earlier_runs" / "finished").metrics["medoids"]
+    assert [engines_agree(medoid) for medoid in medoids] == [medoid["confirmation"]["confirmed"] for medoid in medoids] == [True] * 4
 
 
 def test_a_run_whose_other_engine_disagrees_marks_it_on_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -88,7 +107,7 @@ def test_a_run_whose_other_engine_disagrees_marks_it_on_the_page(tmp_path: Path,
     run(settings, given=True, opened=Opened())
     page = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
     medoids = json.loads((tmp_path / "run" / "metrics.json").read_text())["medoids"]
-    doubtful = [medoid for medoid in medoids if medoid["confirmation"]["confirmed"] is False]
+    doubtful = [medoid for medoid in medoids if engines_agree(medoid) is False]
     assert doubtful, "the tiny archive held nothing but random behaviours"
-    assert all(medoid["confirmation"]["other_label_by_majority"] == "random" for medoid in doubtful)
-    assert page.count("<b>not confirmed by disc</b>") == len(doubtful)
+    assert all(medoid["engine_agreement"]["other_label_by_majority"] == "random" for medoid in doubtful)
+    assert page.count("<b>engines differ</b>") == len(doubtful)
