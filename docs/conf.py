@@ -8,6 +8,8 @@ from typing import Any
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
 
+from docs.site.quantities import declared  # noqa: E402  the repository is no installed package
+
 project = "Swarm Envs"
 author = "The Swarm Envs authors"
 copyright = "the Swarm Envs authors, Apache-2.0"
@@ -42,6 +44,12 @@ def keep_signs(app: Any, what: str, name: str, obj: Any, options: Any, lines: li
     lines[:] = [re.sub(r"(?<=\S )\*(?=[ =])", r"\\*", line.replace("|", "\\|")) for line in lines]
 
 
+def tell_declaration(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
+    """Add a declared number's unit and bounds to its sentence."""
+    if what == "attribute" and (told := declared(name)):
+        lines += [told, ""]
+
+
 def make_reachable(app: Any, error: Exception | None) -> None:
     """Mend the written pages by :data:`REACHABLE`."""
     for page in Path(app.outdir).rglob("*.html") if error is None else []:
@@ -55,3 +63,4 @@ def setup(app: Any) -> None:
     """Connect what this file adds to Sphinx."""
     app.connect("build-finished", make_reachable)
     app.connect("autodoc-process-docstring", keep_signs, priority=400)
+    app.connect("autodoc-process-docstring", tell_declaration)
