@@ -2,7 +2,7 @@
 
 The names are the paper's (Fig. "Discovered Behaviors"): aggregation, cyclic pursuit, dispersal, milling, wall following, and random for
 everything else. :func:`features` measures a swarm over the last :data:`WINDOW` seconds, each number without unit, scaled with the robots'
-radius, their number, the arena and the world's speed limit. :data:`RULES` says what each behaviour demands of them. :func:`scores` says by
+radius, their number, the arena and the world's speed limit. :data:`RULES` says what each behaviour requires of them. :func:`scores` says by
 how much each rule is kept or broken, and :func:`label` picks the rule kept best.
 ``docs/guides/behaviours.md`` shows each class and its borders.
 """
@@ -19,7 +19,8 @@ import shapely
 
 from swarm_envs import metrics
 from swarm_envs.compiled import compiled
-from swarm_envs.metrics import Trajectories
+from swarm_envs.deprecation import forwarding
+from swarm_envs.metrics import PoseTrajectories
 from swarm_envs.simulation.segments import polygon_edges, segment_distance
 from swarm_envs.worlds.spec import WorldSpec
 
@@ -35,7 +36,7 @@ HEXAGONAL_DENSITY = math.pi / math.sqrt(12)
 """Share of the plane that equal discs cover when packed as tightly as they can be."""
 HEXAGONAL_DISTANCE = 0.3772
 """Mean distance of a point of the plane to the nearest point of a hexagonal lattice with one point per unit area."""
-CHUNK = 256
+WORLDS_AT_ONCE = 256
 """Worlds measured at once; no result depends on it."""
 
 
@@ -84,7 +85,7 @@ class Features:
     """Share of the wall's length that some robot passed along within R of it."""
 
 
-class Demand(NamedTuple):
+class Condition(NamedTuple):
     """One condition of a rule: a feature lies above (or below) a threshold; ``scale`` is the distance that counts as one."""
 
     feature: str
@@ -93,45 +94,45 @@ class Demand(NamedTuple):
     scale: float
 
 
-RULES: dict[str, tuple[Demand, ...]] = {
+RULES: dict[str, tuple[Condition, ...]] = {
     "aggregation": (
-        Demand("cluster", ">", 0.85, 0.15),
-        Demand("spread", "<", 1.7, 0.5),
+        Condition("cluster", ">", 0.85, 0.15),
+        Condition("spread", "<", 1.7, 0.5),
     ),
     "cyclic pursuit": (
-        Demand("radial_variation", "<", 0.3, 0.1),
-        Demand("innermost", ">", 0.35, 0.2),
-        Demand("opening", "<", 0.4, 0.1),
-        Demand("turns", ">", 0.1, 0.1),
-        Demand("tangential", ">", 0.6, 0.2),
-        Demand("drift", "<", 0.4, 0.2),
-        Demand("wall", "<", 0.6, 0.2),
+        Condition("radial_variation", "<", 0.3, 0.1),
+        Condition("innermost", ">", 0.35, 0.2),
+        Condition("opening", "<", 0.4, 0.1),
+        Condition("turns", ">", 0.1, 0.1),
+        Condition("tangential", ">", 0.6, 0.2),
+        Condition("drift", "<", 0.4, 0.2),
+        Condition("wall", "<", 0.6, 0.2),
     ),
     "milling": (
-        Demand("radial_variation", ">", 0.3, 0.1),
-        Demand("spread", ">", 1.3, 0.2),
-        Demand("turns", ">", 0.3, 0.2),
-        Demand("tangential", ">", 0.5, 0.2),
-        Demand("drift", "<", 0.3, 0.2),
-        Demand("wall", "<", 0.25, 0.2),
+        Condition("radial_variation", ">", 0.3, 0.1),
+        Condition("spread", ">", 1.3, 0.2),
+        Condition("turns", ">", 0.3, 0.2),
+        Condition("tangential", ">", 0.5, 0.2),
+        Condition("drift", "<", 0.3, 0.2),
+        Condition("wall", "<", 0.25, 0.2),
     ),
     "dispersal": (
-        Demand("spacing", ">", 0.7, 0.2),
-        Demand("emptiness", "<", 1.47, 0.2),
-        Demand("roaming", "<", 0.2, 0.1),
-        Demand("crashed", "<", 0.45, 0.2),
+        Condition("spacing", ">", 0.7, 0.2),
+        Condition("emptiness", "<", 1.47, 0.2),
+        Condition("roaming", "<", 0.2, 0.1),
+        Condition("crashed", "<", 0.45, 0.2),
     ),
     "wall following": (
-        Demand("wall", ">", 0.65, 0.2),
-        Demand("along_wall", ">", 0.22, 0.2),
-        Demand("hugging", ">", 0.6, 0.2),
-        Demand("traced", ">", 0.55, 0.2),
+        Condition("wall", ">", 0.65, 0.2),
+        Condition("along_wall", ">", 0.22, 0.2),
+        Condition("hugging", ">", 0.6, 0.2),
+        Condition("traced", ">", 0.55, 0.2),
     ),
 }
-"""What each behaviour demands; all of its conditions must hold."""
+"""What each behaviour requires; all of its conditions must hold."""
 
 
-def label(trajectories: Trajectories) -> list[str]:
+def label(trajectories: PoseTrajectories) -> list[str]:
     """Name the behaviour of each world: the rule that is kept best, ``random`` where none is kept.
 
     Args:
@@ -163,30 +164,30 @@ def scores(measured: Features) -> dict[str, Array]:
         >>> max(kept, key=lambda name: kept[name][0])
         'cyclic pursuit'
     """
-    return {name: np.min([_margin(measured, demand) for demand in rule], axis=0) for name, rule in RULES.items()}
+    return {name: np.min([_margin(measured, condition) for condition in rule], axis=0) for name, rule in RULES.items()}
 
 
-def _margin(measured: Features, demand: Demand) -> Array:
-    value: Array = getattr(measured, demand.feature)
-    sign = 1.0 if demand.relation == ">" else -1.0
-    return np.nan_to_num(sign * (value - demand.threshold) / demand.scale, nan=-1.0, posinf=9.0, neginf=-9.0)
+def _margin(measured: Features, condition: Condition) -> Array:
+    value: Array = getattr(measured, condition.feature)
+    sign = 1.0 if condition.relation == ">" else -1.0
+    return np.nan_to_num(sign * (value - condition.threshold) / condition.scale, nan=-1.0, posinf=9.0, neginf=-9.0)
 
 
-def features(trajectories: Trajectories) -> Features:
+def features(trajectories: PoseTrajectories) -> Features:
     """Measure what the rules look at.
 
     Raises:
         ValueError: When fewer than three frames are recorded.
     """
-    frames, seconds = _window(np.asarray(trajectories.time))
+    frames, seconds = _judged_frames(np.asarray(trajectories.time))
     poses = trajectories.poses
-    parts = [_measure(trajectories.world, poses[k : k + CHUNK][:, frames], seconds) for k in range(0, len(poses), CHUNK)]
+    parts = [_measure(trajectories.world, poses[k : k + WORLDS_AT_ONCE][:, frames], seconds) for k in range(0, len(poses), WORLDS_AT_ONCE)]
     if not parts:
         return Features(*(np.empty(0) for _ in fields(Features)))
     return Features(**{f.name: np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(Features)})
 
 
-def _window(time: Array) -> tuple[npt.NDArray[np.intp], Array]:
+def _judged_frames(time: Array) -> tuple[npt.NDArray[np.intp], Array]:
     """Choose the judged frames: their indices and their times."""
     if len(time) < 3:
         raise ValueError(f"the trajectories hold {len(time)} frame(s), expected at least 3: a behaviour needs time to show")
@@ -219,19 +220,19 @@ def _measure(world: WorldSpec, poses: Array, time: Array) -> Features:
         np.hypot(middle[..., 0], middle[..., 1]), 1e-9
     )
 
-    gap, tangent, place = _wall(position, polygon_edges(world.arena.outline), radii)
+    gap, tangent, arc_length = _wall_coordinates(position, polygon_edges(world.arena.outline), radii)
     near = gap <= radius
     along = (velocity[..., 0] * tangent[:, 1:, :, 0] + velocity[..., 1] * tangent[:, 1:, :, 1]) * near[:, 1:]
     progress = np.abs(along.mean(axis=1)).mean(axis=1)
     travel = np.maximum(speed.mean(axis=(1, 2)), 1e-9)
     touching = metrics.at_wall(world, position)[:, 1:]
-    heap = radius * math.sqrt(robots / (2 * HEXAGONAL_DENSITY))
+    packed = radius * math.sqrt(robots / (2 * HEXAGONAL_DENSITY))
     lattice = _lattice_spacing(world, radius, robots)
     floor = metrics.floor_points(world, 0.1 * math.sqrt(world.size[0] * world.size[1]))
     return Features(
         speed=speed.mean(axis=(1, 2)) / limit,
         cluster=_largest_cluster(position, radii, radius).mean(axis=1) / robots,
-        spread=np.sqrt((distance**2).mean(axis=2)).mean(axis=1) / heap,
+        spread=np.sqrt((distance**2).mean(axis=2)).mean(axis=1) / packed,
         radial_variation=(distance.std(axis=2) / np.maximum(distance.mean(axis=2), 1e-9)).mean(axis=1),
         innermost=(distance.min(axis=2) / np.maximum(distance.mean(axis=2), 1e-9)).mean(axis=1),
         opening=_opening(angle).mean(axis=1),
@@ -245,7 +246,7 @@ def _measure(world: WorldSpec, poses: Array, time: Array) -> Features:
         wall=near.mean(axis=(1, 2)),
         along_wall=progress / limit,
         hugging=progress / travel,
-        traced=_traced(place[:, 1:], near[:, 1:] & (np.abs(along) > 0.1 * limit), world, radius),
+        traced=_traced(arc_length[:, 1:], near[:, 1:] & (np.abs(along) > 0.1 * limit), world, radius),
     )
 
 
@@ -273,13 +274,13 @@ def _emptiness(position: Array, floor: Array) -> Array:
     return np.asarray(apart.min(axis=2).mean(axis=(1, 2)))
 
 
-def _traced(place: Array, follows: npt.NDArray[np.bool_], world: WorldSpec, radius: float) -> Array:
+def _traced(arc_length: Array, follows: npt.NDArray[np.bool_], world: WorldSpec, radius: float) -> Array:
     """Share of the wall's pieces, a contact disc long, along which some robot went: (worlds,)."""
     length = polygon_edges(world.arena.outline)
     total = float(np.hypot(length[:, 2] - length[:, 0], length[:, 3] - length[:, 1]).sum())
     pieces = max(8, math.floor(total / (2 * radius)))
-    piece = np.minimum((place / total * pieces).astype(np.intp), pieces - 1)
-    passed = np.zeros((len(place), pieces), dtype=np.bool_)
+    piece = np.minimum((arc_length / total * pieces).astype(np.intp), pieces - 1)
+    passed = np.zeros((len(arc_length), pieces), dtype=np.bool_)
     which = np.nonzero(follows)
     passed[which[0], piece[which]] = True
     return np.asarray(passed.mean(axis=1))
@@ -315,7 +316,7 @@ def _largest_cluster(position: Array, radii: Array, gap: float) -> Array:
 
 
 @compiled()
-def _wall(position: Array, edges: Array, radii: Array) -> tuple[Array, Array, Array]:
+def _wall_coordinates(position: Array, edges: Array, radii: Array) -> tuple[Array, Array, Array]:
     """Where each robot is with respect to a closed wall.
 
     Returns:
@@ -323,7 +324,7 @@ def _wall(position: Array, edges: Array, radii: Array) -> tuple[Array, Array, Ar
         (worlds, frames, robots) length in m along the wall from its first corner to the nearest point.
     """
     worlds, frames, robots = position.shape[:3]
-    gap, place = np.full((worlds, frames, robots), np.inf), np.zeros((worlds, frames, robots))
+    gap, arc_length = np.full((worlds, frames, robots), np.inf), np.zeros((worlds, frames, robots))
     tangent = np.zeros((worlds, frames, robots, 2))
     for world, frame, i in np.ndindex(worlds, frames, robots):
         x, y, start = position[world, frame, i, 0], position[world, frame, i, 1], 0.0
@@ -335,6 +336,9 @@ def _wall(position: Array, edges: Array, radii: Array) -> tuple[Array, Array, Ar
                 gap[world, frame, i] = distance
                 tangent[world, frame, i, 0], tangent[world, frame, i, 1] = dx / length, dy / length
                 along = ((x - edges[k, 0]) * dx + (y - edges[k, 1]) * dy) / length
-                place[world, frame, i] = start + min(length, max(0.0, along))
+                arc_length[world, frame, i] = start + min(length, max(0.0, along))
             start += length
-    return gap, tangent, place
+    return gap, tangent, arc_length
+
+
+__getattr__ = forwarding(__name__, {"Demand": "swarm_envs.behaviours.Condition", "Trajectories": "swarm_envs.metrics.PoseTrajectories"})

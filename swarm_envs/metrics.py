@@ -31,7 +31,7 @@ CONTACT_GAP = 1.5e-3
 """Gap in m up to which two robots, or a robot and a wall, are said to touch; the simulation's overlap bound is of this size."""
 
 
-class Trajectories(Protocol):
+class PoseTrajectories(Protocol):
     """What metrics need of :class:`swarm_envs.Trajectories`."""
 
     @property
@@ -47,7 +47,7 @@ class Trajectories(Protocol):
         """The world that all runs happened in."""
 
 
-def hand_crafted(trajectories: Trajectories, steps: int = 100) -> Array:
+def hand_crafted(trajectories: PoseTrajectories, steps: int = 100) -> Array:
     """Return the five hand-crafted measures of the paper's baseline (Brown et al. 2018), (worlds, 5).
 
     In this order: :func:`average_speed`, :func:`angular_momentum`, :func:`radial_variance`, :func:`scatter`, :func:`group_rotation`.
@@ -56,7 +56,7 @@ def hand_crafted(trajectories: Trajectories, steps: int = 100) -> Array:
     return np.stack([measure(trajectories, steps) for measure in measures], axis=1)
 
 
-def average_speed(trajectories: Trajectories, steps: int = 100) -> Array:
+def average_speed(trajectories: PoseTrajectories, steps: int = 100) -> Array:
     """Mean_i |v_i| in m/s.
 
     Example:
@@ -65,68 +65,68 @@ def average_speed(trajectories: Trajectories, steps: int = 100) -> Array:
         >>> average_speed(runs).round(6).tolist()
         [0.05]
     """
-    return np.asarray(np.hypot(*_last(trajectories, steps).velocity).mean(axis=(1, 2)))
+    return np.asarray(np.hypot(*_final_motion(trajectories, steps).velocity).mean(axis=(1, 2)))
 
 
-def angular_momentum(trajectories: Trajectories, steps: int = 100) -> Array:
+def angular_momentum(trajectories: PoseTrajectories, steps: int = 100) -> Array:
     """Mean_i v_i x (p_i - c) / r in m/s; negative when the swarm turns counter-clockwise."""
-    part = _last(trajectories, steps)
+    part = _final_motion(trajectories, steps)
     return np.asarray(_cross(part.velocity, part.arm).mean(axis=(1, 2)) / world_radius(trajectories.world))
 
 
-def radial_variance(trajectories: Trajectories, steps: int = 100) -> Array:
+def radial_variance(trajectories: PoseTrajectories, steps: int = 100) -> Array:
     """Var_i |p_i - c| / (0.15 r^2), without unit; 0 on a circle. The variance is that of the population (divided by its number)."""
-    part = _last(trajectories, steps)
+    part = _final_motion(trajectories, steps)
     return np.asarray(np.hypot(*part.arm).var(axis=2).mean(axis=1) / (0.15 * world_radius(trajectories.world) ** 2))
 
 
-def scatter(trajectories: Trajectories, steps: int = 100) -> Array:
+def scatter(trajectories: PoseTrajectories, steps: int = 100) -> Array:
     """Mean_i |p_i - c|^2 / r^2, without unit."""
-    part = _last(trajectories, steps)
+    part = _final_motion(trajectories, steps)
     return np.asarray((part.arm[0] ** 2 + part.arm[1] ** 2).mean(axis=(1, 2)) / world_radius(trajectories.world) ** 2)
 
 
-def group_rotation(trajectories: Trajectories, steps: int = 100) -> Array:
+def group_rotation(trajectories: PoseTrajectories, steps: int = 100) -> Array:
     """Mean_i v_i x (p_i - c) / |p_i - c| in m/s; negative counter-clockwise. A robot on the centroid counts as zero."""
-    part = _last(trajectories, steps)
+    part = _final_motion(trajectories, steps)
     distance = np.hypot(*part.arm)
     return np.asarray((_cross(part.velocity, part.arm) / np.where(distance > 0, distance, 1.0)).mean(axis=(1, 2)))
 
 
-def polarization(trajectories: Trajectories, steps: int = 100) -> Array:
+def polarization(trajectories: PoseTrajectories, steps: int = 100) -> Array:
     """|Mean_i (cos theta_i, sin theta_i)|, from 0 (headings cancel) to 1 (all alike)."""
-    heading = _window(trajectories, steps)[..., 2]
+    heading = _final_poses(trajectories, steps)[..., 2]
     return np.asarray(np.hypot(np.cos(heading).mean(axis=2), np.sin(heading).mean(axis=2)).mean(axis=1))
 
 
-def convex_hull_area(trajectories: Trajectories, steps: int = 100) -> Array:
+def convex_hull_area(trajectories: PoseTrajectories, steps: int = 100) -> Array:
     """Area of the convex hull of the robots' centres in m^2."""
-    positions = _window(trajectories, steps)[..., :2]
+    positions = _final_poses(trajectories, steps)[..., :2]
     worlds, frames, robots = positions.shape[:3]
     swarms = shapely.multipoints(positions.reshape(-1, 2), indices=np.repeat(np.arange(worlds * frames), robots))
     return np.asarray(shapely.area(shapely.convex_hull(swarms)).reshape(worlds, frames).mean(axis=1))
 
 
-def nearest_neighbour_distance(trajectories: Trajectories, steps: int = 100) -> Array:
+def nearest_neighbour_distance(trajectories: PoseTrajectories, steps: int = 100) -> Array:
     """Mean_i of the distance to the nearest other robot's centre in m; infinite for a lone robot."""
-    return np.asarray(nearest_distances(_window(trajectories, steps)).mean(axis=(1, 2)))
+    return np.asarray(nearest_distances(_final_poses(trajectories, steps)).mean(axis=(1, 2)))
 
 
-def collisions(trajectories: Trajectories, steps: int = 100) -> Array:
+def collisions(trajectories: PoseTrajectories, steps: int = 100) -> Array:
     """Share of robots that touch a robot, a wall or an obstacle, from 0 to 1; gaps up to ``CONTACT_GAP`` count as touching."""
-    return np.asarray(in_contact(trajectories.world, _window(trajectories, steps)).mean(axis=(1, 2)))
+    return np.asarray(in_contact(trajectories.world, _final_poses(trajectories, steps)).mean(axis=(1, 2)))
 
 
-def coverage(trajectories: Trajectories, steps: int | None = None) -> Array:
+def coverage(trajectories: PoseTrajectories, steps: int | None = None) -> Array:
     """Share of the arena that some robot's contact disc swept, from 0 to 1; over the whole run unless ``steps`` are given.
 
     Measured on a lattice of floor points as far apart as a quarter of the smallest contact radius; a point is swept when it lies in a
     contact disc in some recorded frame.
     """
     world = trajectories.world
-    poses = trajectories.poses if steps is None else _window(trajectories, steps)
+    poses = trajectories.poses if steps is None else _final_poses(trajectories, steps)
     radii = contact_radii(world)
-    lattice = _Lattice(world, max(radii.min() / 4, math.sqrt(world.size[0] * world.size[1] / 1e6)))
+    lattice = _FloorGrid(world, max(radii.min() / 4, math.sqrt(world.size[0] * world.size[1] / 1e6)))
     return np.asarray(_swept(np.ascontiguousarray(poses), radii, lattice.on_floor, lattice.frame))
 
 
@@ -185,11 +185,11 @@ def floor_shape(world: WorldSpec, margin: float = 0.0) -> shapely.Geometry:
 
 def floor_points(world: WorldSpec, spacing: float) -> Array:
     """Points (n, 2) in m of a square lattice that lie on the floor, each for about ``spacing`` squared of it."""
-    lattice = _Lattice(world, spacing)
+    lattice = _FloorGrid(world, spacing)
     return lattice.points[lattice.on_floor]
 
 
-class _Lattice:
+class _FloorGrid:
     """Points about ``spacing`` m apart over the arena's bounding box, the middles of equal rectangles.
 
     Attributes:
@@ -207,7 +207,7 @@ class _Lattice:
         self.frame: Array = np.array([left, bottom, width / columns, height / rows])
 
 
-class _Part:
+class _FinalMotion:
     """The last part of all runs: ``velocity`` and ``arm`` = p - c, each (2, worlds, frames, robots)."""
 
     def __init__(self, poses: Array, time: Array) -> None:
@@ -216,18 +216,18 @@ class _Part:
         self.velocity = np.diff(position, axis=2) / np.diff(time)[:, None]
 
 
-def _last(trajectories: Trajectories, steps: int) -> _Part:
+def _final_motion(trajectories: PoseTrajectories, steps: int) -> _FinalMotion:
     """The last steps: positions at their ends, velocities over them."""
     first = _first_frame(trajectories, steps)
-    return _Part(trajectories.poses[:, first:], np.asarray(trajectories.time)[first:])
+    return _FinalMotion(trajectories.poses[:, first:], np.asarray(trajectories.time)[first:])
 
 
-def _window(trajectories: Trajectories, steps: int) -> Array:
+def _final_poses(trajectories: PoseTrajectories, steps: int) -> Array:
     """Poses at the ends of the last steps, (worlds, frames, robots, 3)."""
     return trajectories.poses[:, _first_frame(trajectories, steps) + 1 :]
 
 
-def _first_frame(trajectories: Trajectories, steps: int) -> int:
+def _first_frame(trajectories: PoseTrajectories, steps: int) -> int:
     """The recorded frame that the last ``steps`` ticks start from."""
     time = np.asarray(trajectories.time)
     if len(time) < 2:
@@ -283,5 +283,6 @@ def _swept(poses: Array, radii: Array, floor: Flags, lattice: Array) -> Array:
 
 __getattr__ = forwarding(
     __name__,
-    {name: f"swarm_envs.simulation.segments.{name}" for name in ("polygon_edges", "segment_distance")},
+    {"Trajectories": "swarm_envs.metrics.PoseTrajectories"}
+    | {name: f"swarm_envs.simulation.segments.{name}" for name in ("polygon_edges", "segment_distance")},
 )

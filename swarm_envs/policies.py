@@ -60,7 +60,7 @@ class ControllerPolicy:
         """Return the action to an observation.
 
         Args:
-            observation: (..., R) readings of Gymnasium's environment or vector environment, (..., R, S) with S > 1 readings a robot;
+            observation: (..., R) readings of Gymnasium's environment or vector environment, (..., R, S) with S > 1 readings per robot;
                 or PettingZoo's, {agent: (S,)}.
 
         Returns:

@@ -7,6 +7,8 @@ import importlib
 import pytest
 
 OLD = {
+    "swarm_envs.behaviours.Demand": "swarm_envs.behaviours.Condition",
+    "swarm_envs.metrics.Trajectories": "swarm_envs.metrics.PoseTrajectories",
     "swarm_envs.metrics.polygon_edges": "swarm_envs.simulation.segments.polygon_edges",
     "swarm_envs.metrics.segment_distance": "swarm_envs.simulation.segments.segment_distance",
 }

@@ -35,7 +35,7 @@ def test_one_line_saves_a_looping_gif_of_the_run(runs: Trajectories, tmp_path: P
         assert image.info["loop"] == 0
         assert image.info["duration"] == 80
         assert image.size[0] == 320
-    assert len(frames_of(path)) == 26  # 16 s at 8 times the speed and 12.5 pictures a second, and the start
+    assert len(frames_of(path)) == 26  # 16 s at 8 times the speed and 12.5 pictures per second, and the start
     assert path.stat().st_size < 500_000
 
 

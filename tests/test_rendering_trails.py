@@ -21,7 +21,7 @@ def runs(poses: npt.ArrayLike) -> Trajectories:
 
 
 def wandering(worlds: int = 3, ticks: int = 61) -> npt.NDArray[np.float64]:
-    """Eight robots that drive up to 2 cm a tick, turning now and then."""
+    """Eight robots that drive up to 2 cm per tick, turning now and then."""
     generator = np.random.default_rng(2)
     headings = np.cumsum(generator.normal(0, 0.3, (worlds, ticks, 8)), axis=1) + generator.uniform(-3, 3, (worlds, 1, 8))
     steps = np.stack([np.cos(headings), np.sin(headings)], axis=-1) * generator.uniform(0, 0.02, (worlds, 1, 8, 1))

@@ -1,6 +1,8 @@
-"""What every shell offers an agent: spaces, checked commands, the key of an episode."""
+"""What every adapter offers an agent: spaces, checked commands, the key of an episode."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -8,17 +10,20 @@ from gymnasium import spaces
 
 from swarm_envs.worlds import WorldSpec
 
-RENDER_MODES = ["rgb_array"]
+RENDER_MODES = ["human", "rgb_array"]
+"""What an environment of one world can render: a window that follows every tick, or pictures on demand."""
+RENDER_FPS = 10
+"""Pictures per second of a window or a film: one for each tick of 0.1 s."""
 
 
-def check_render_mode(render_mode: str | None) -> str | None:
+def check_render_mode(render_mode: str | None, modes: Sequence[str] = RENDER_MODES) -> str | None:
     """Return the render mode.
 
     Raises:
-        ValueError: For one that does not exist.
+        ValueError: For one that is none of ``modes``.
     """
-    if render_mode not in (None, *RENDER_MODES):
-        raise ValueError(f"render_mode is {render_mode!r}, expected 'rgb_array' or None; for a window use the HumanRendering wrapper")
+    if render_mode not in (None, *modes):
+        raise ValueError(f"render_mode is {render_mode!r}, expected {', '.join(map(repr, modes))} or None")
     return render_mode
 
 
@@ -29,7 +34,7 @@ def command_limits(world: WorldSpec) -> npt.NDArray[np.float64]:
 
 def robot_action_space(world: WorldSpec) -> spaces.Box:
     """(v in m/s, omega in rad/s) of one robot, bounded by the world's limits; with a broadcast a third number from 0 to 1."""
-    high = _within(command_limits(world))
+    high = _rounded_inside(command_limits(world))
     low = -high
     if world.broadcast is not None:
         low, high = np.append(low, np.float32(0)), np.append(high, np.float32(1))
@@ -43,7 +48,7 @@ def swarm_action_space(world: WorldSpec) -> spaces.Box:
 
 
 def robot_observation_space(world: WorldSpec) -> spaces.Box:
-    """Readings of one robot (S,), 0 or 1: one a sensor, and with a broadcast whether it hears another.
+    """Readings of one robot (S,), 0 or 1: one per sensor, and with a broadcast whether it hears another.
 
     A box of integers, which PettingZoo's checks ask for, and which more trainers take than a multi-binary space.
     """
@@ -87,7 +92,7 @@ def draw_key(generator: np.random.Generator) -> npt.NDArray[np.uint64]:
     return generator.integers(0, 2**63, size=1, dtype=np.uint64)
 
 
-def _within(limits: npt.NDArray[np.float64]) -> npt.NDArray[np.float32]:
+def _rounded_inside(limits: npt.NDArray[np.float64]) -> npt.NDArray[np.float32]:
     """The largest float32 inside the limits: rounding alone may go beyond them."""
     rounded = limits.astype(np.float32)
     return np.where(rounded > limits, np.nextafter(rounded, np.float32(0)), rounded)

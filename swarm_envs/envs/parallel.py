@@ -11,10 +11,9 @@ from gymnasium import spaces
 from gymnasium.utils import seeding
 from pettingzoo import ParallelEnv
 
-from swarm_envs.envs.interface import RENDER_MODES, action_columns, robot_action_space, robot_observation_space
-from swarm_envs.envs.stage import Stage
-from swarm_envs.envs.tasks import Task
-from swarm_envs.rendering.window import Window
+from swarm_envs.envs.interface import RENDER_FPS, RENDER_MODES, action_columns, robot_action_space, robot_observation_space
+from swarm_envs.envs.single_world import SingleWorld
+from swarm_envs.envs.tasks import Task, environment_name
 from swarm_envs.worlds import WorldSpec
 
 Observation = npt.NDArray[np.int8]
@@ -25,7 +24,7 @@ EPISODE_TICKS = 600
 class SwarmParallelEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's classes carry no types
     """Eight cheap robots, one binary sensor each, every robot an agent.
 
-    The world, the actions and the observations are those of :class:`swarm_envs.envs.SwarmEnv`, one robot's share for each agent:
+    The world, the actions and the observations are those of :class:`swarm_envs.envs.SwarmEnv`, one robot's share per agent:
     actions ``Box((2,), float32)`` v in m/s and omega in rad/s, and in a world with a broadcast a third number, sent above 0.5;
     observations ``Box(0, 1, (readings,), int8)``; every agent gets the swarm's reward, zero without a task; all agents are truncated
     after ``max_ticks``. :meth:`state` is what a central critic may see.
@@ -41,8 +40,8 @@ class SwarmParallelEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's class
 
     metadata: ClassVar[dict[str, Any]] = {
         "name": "HeRo/Swarm-v0",
-        "render_modes": ["human", *RENDER_MODES],
-        "render_fps": 10,
+        "render_modes": RENDER_MODES,
+        "render_fps": RENDER_FPS,
         "is_parallelizable": True,
     }
 
@@ -55,17 +54,16 @@ class SwarmParallelEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's class
         task: str | Task | None = None,
         max_ticks: int = EPISODE_TICKS,
     ) -> None:
-        self._stage = Stage(world, num_robots, engine, "rgb_array" if render_mode == "human" else render_mode, task)
-        self.world = self._stage.world
+        self._single_world = SingleWorld(world, num_robots, engine, render_mode, task)
+        self.world = self._single_world.world
         self.render_mode = render_mode
         if isinstance(task, str):
-            self.metadata = {**self.metadata, "name": f"HeRo/{task}-v0"}  # type: ignore[misc]  # of this instance alone
+            self.metadata = {**self.metadata, "name": environment_name(task)}  # type: ignore[misc]  # of this instance alone
         self.max_ticks = max_ticks
         self.possible_agents = [f"robot_{i}" for i in range(self.world.num_robots)]
         # the same space object each time: wrappers and seeding rely on it
         self._observation_spaces = {agent: robot_observation_space(self.world) for agent in self.possible_agents}
         self._action_spaces = {agent: robot_action_space(self.world) for agent in self.possible_agents}
-        self._window = Window(self.metadata["name"], self.metadata["render_fps"]) if render_mode == "human" else None
         self.state_space = spaces.Box(-np.inf, np.inf, (self.world.num_robots, 3), dtype=np.float32)
         self.agents: list[str] = []
         self._generator: np.random.Generator | None = None
@@ -85,11 +83,9 @@ class SwarmParallelEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's class
         """Start an episode; ``options`` as in :class:`swarm_envs.envs.SwarmEnv`."""
         if seed is not None or self._generator is None:
             self._generator, _ = seeding.np_random(seed)
-        self._stage.reset(self._generator, options)
+        self._single_world.reset(self._generator, options)
         self.agents = list(self.possible_agents)
         self._ticks = 0
-        if self._window is not None:
-            self.render()
         return self._observations(), self._infos()
 
     def step(
@@ -113,14 +109,12 @@ class SwarmParallelEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's class
                 raise ValueError(
                     f"action of {agent!r} has shape {np.shape(actions[agent])}, expected ({len(columns)},): {', '.join(columns)}"
                 )
-        self._stage.advance(np.stack([np.asarray(actions[agent], dtype=np.float64) for agent in self.agents]))
+        self._single_world.advance(np.stack([np.asarray(actions[agent], dtype=np.float64) for agent in self.agents]))
         self._ticks += 1
-        if self._window is not None:
-            self.render()
         over = self._ticks >= self.max_ticks
         results = (
             self._observations(),
-            dict.fromkeys(self.agents, self._stage.reward),
+            dict.fromkeys(self.agents, self._single_world.reward),
             dict.fromkeys(self.agents, False),
             dict.fromkeys(self.agents, over),
             self._infos(),
@@ -130,26 +124,21 @@ class SwarmParallelEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's class
         return results
 
     def render(self) -> npt.NDArray[np.uint8] | None:
-        """Return the picture (height, width, 3) of the present moment; ``human`` shows it instead and returns None."""
-        picture = self._stage.render()
-        if self._window is None or picture is None:
-            return picture
-        self._window.show(picture)
-        return None
+        """Return the picture (height, width, 3) of the present moment; ``human`` shows it in the window instead and returns None."""
+        return self._single_world.render()
 
     def state(self) -> npt.NDArray[np.float32]:
         """Poses of all robots (R, 3): x and y in m, heading in rad."""
-        return self._stage.poses().astype(np.float32)
+        return self._single_world.poses().astype(np.float32)
 
     def close(self) -> None:
         """Close the window, if there is one."""
-        if self._window is not None:
-            self._window.close()
+        self._single_world.close()
 
     def _observations(self) -> dict[str, Observation]:
-        readings = self._stage.detections().reshape(self.world.num_robots, -1)
+        readings = self._single_world.detections().reshape(self.world.num_robots, -1)
         return {agent: readings[i].copy() for i, agent in enumerate(self.agents)}
 
     def _infos(self) -> dict[str, dict[str, Any]]:
-        poses = self._stage.poses()
+        poses = self._single_world.poses()
         return {agent: {"pose": poses[i].copy()} for i, agent in enumerate(self.agents)}

@@ -6,9 +6,9 @@ import gymnasium as gym
 import pettingzoo
 
 from swarm_envs.envs.parallel import EPISODE_TICKS
-from swarm_envs.envs.tasks import TASKS
+from swarm_envs.envs.tasks import TASKS, environment_name
 
-ENVIRONMENTS: dict[str, str | None] = {"HeRo/Swarm-v0": None} | {f"HeRo/{task}-v0": task for task in TASKS}
+ENVIRONMENTS: dict[str, str | None] = {environment_name(task): task for task in (None, *TASKS)}
 """Every id, in Gymnasium and in PettingZoo, and its task."""
 
 

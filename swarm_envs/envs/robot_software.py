@@ -20,7 +20,7 @@ class RobotSoftware(Protocol):
     """Drives every robot of a world by itself."""
 
     def reset(self) -> None:
-        """Start anew."""
+        """Start an episode."""
 
     def commands(self, simulation: Simulation) -> npt.NDArray[np.float64]:
         """Return what the robots do in the next tick, (R, 2) in m/s and rad/s."""

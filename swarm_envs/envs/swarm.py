@@ -9,8 +9,8 @@ import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
 
-from swarm_envs.envs.interface import RENDER_MODES, swarm_observation_space
-from swarm_envs.envs.stage import Stage
+from swarm_envs.envs.interface import RENDER_FPS, RENDER_MODES, swarm_observation_space
+from swarm_envs.envs.single_world import SingleWorld
 from swarm_envs.envs.tasks import Task
 from swarm_envs.worlds import WorldSpec
 
@@ -60,7 +60,8 @@ class SwarmEnv(gym.Env[Observation, Any]):
              robot_software=None, controller=None)
     ```
     `world`: a name, the path of a YAML file, or a `WorldSpec`. `num_robots`: another number of robots than the world's. `engine`:
-    `chipmunk` or `disc`. `render_mode`: `rgb_array` (513 x 426 pixels for `hero_plus`) or None. `task`: a name, or a function that takes
+    `chipmunk` or `disc`. `render_mode`: `rgb_array` (513 x 426 pixels for `hero_plus`), `human` (a window that follows every tick;
+    needs pygame) or None. `task`: a name, or a function that takes
     the `WorldSpec` and returns a reward function, which takes the poses before and after a tick, each (worlds, num_robots, 3), and returns
     (worlds,) rewards.
     `controller=[v0, omega0, v1, omega1]`: every robot drives itself by that controller, as in `swarm_envs.rollouts`; the action space is
@@ -74,7 +75,7 @@ class SwarmEnv(gym.Env[Observation, Any]):
 
     metadata: dict[str, Any] = {  # noqa: RUF012  Gymnasium declares it so
         "render_modes": RENDER_MODES,
-        "render_fps": 10,
+        "render_fps": RENDER_FPS,
     }
 
     def __init__(
@@ -87,26 +88,30 @@ class SwarmEnv(gym.Env[Observation, Any]):
         robot_software: str | None = None,
         controller: npt.ArrayLike | None = None,
     ) -> None:
-        self._stage = Stage(world, num_robots, engine, render_mode, task, robot_software, controller)
-        self.world = self._stage.world
+        self._single_world = SingleWorld(world, num_robots, engine, render_mode, task, robot_software, controller)
+        self.world = self._single_world.world
         self.render_mode = render_mode
         self.observation_space = swarm_observation_space(self.world)
-        self.action_space = self._stage.swarm_action_space()
+        self.action_space = self._single_world.swarm_action_space()
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Observation, dict[str, Any]]:
         """Start an episode; see the class for ``options``."""
         super().reset(seed=seed)
-        self._stage.reset(self.np_random, options)
-        return self._stage.detections(), self._info()
+        self._single_world.reset(self.np_random, options)
+        return self._single_world.detections(), self._info()
 
     def step(self, action: npt.ArrayLike) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Run one tick of the world with the robots' commands."""
-        self._stage.advance(action)
-        return self._stage.detections(), self._stage.reward, False, False, self._info()
+        self._single_world.advance(action)
+        return self._single_world.detections(), self._single_world.reward, False, False, self._info()
 
     def render(self) -> npt.NDArray[np.uint8] | None:
-        """Return the picture (height, width, 3) of the present moment."""
-        return self._stage.render()
+        """Return the picture (height, width, 3) of the present moment; ``human`` shows it in the window instead and returns None."""
+        return self._single_world.render()
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        self._single_world.close()
 
     def _info(self) -> dict[str, Any]:
-        return {"poses": self._stage.poses(), "time": self._stage.time()}
+        return {"poses": self._single_world.poses(), "time": self._single_world.time()}

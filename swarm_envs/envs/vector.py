@@ -13,7 +13,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from swarm_envs.envs.interface import (
-    RENDER_MODES,
+    RENDER_FPS,
     check_render_mode,
     checked_actions,
     draw_key,
@@ -27,6 +27,8 @@ from swarm_envs.simulation import Simulation
 from swarm_envs.worlds import WorldSpec, load_world
 
 Observations = npt.NDArray[np.int8]
+RENDER_MODES = ["rgb_array"]
+"""A window would show one copy of many: pictures only."""
 
 
 class SwarmVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], npt.NDArray[np.float64]]):
@@ -44,7 +46,7 @@ class SwarmVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], npt.NDArra
         render_mode: ``rgb_array`` or None.
         task: What the swarms are rewarded for: a name, a function as in :class:`swarm_envs.envs.SwarmEnv`, or None.
         max_episode_steps: Ticks after which a copy is truncated; None for never.
-        autoreset_mode: When a copy whose episode is over starts anew: at the next step, in the same step, or never by itself
+        autoreset_mode: When a copy whose episode is over starts again: at the next step, in the same step, or never by itself
             (``reset(options={"reset_mask": mask})``).
 
     Raises:
@@ -64,9 +66,9 @@ class SwarmVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], npt.NDArra
     ) -> None:
         super().__init__()
         self.world = load_world(world, num_robots=num_robots)
-        self.num_envs, self.render_mode, self.max_episode_steps = num_envs, check_render_mode(render_mode), max_episode_steps
+        self.num_envs, self.render_mode, self.max_episode_steps = num_envs, check_render_mode(render_mode, RENDER_MODES), max_episode_steps
         self.autoreset_mode = AutoresetMode(autoreset_mode)
-        self.metadata = {"render_modes": RENDER_MODES, "render_fps": 10, "autoreset_mode": self.autoreset_mode}
+        self.metadata = {"render_modes": RENDER_MODES, "render_fps": RENDER_FPS, "autoreset_mode": self.autoreset_mode}
         self._rewards = make_rewards(task, self.world)
         self._simulation = Simulation(self.world, num_envs, engine)
         self.single_observation_space = swarm_observation_space(self.world)

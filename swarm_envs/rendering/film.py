@@ -20,7 +20,7 @@ COMMON_COLOURS, SPREAD_COLOURS = 64, 64
 """A GIF's palette, one for all its frames so that nothing shimmers: the most frequent colours, and colours spread over the rest."""
 
 
-class _Trajectories(Protocol):
+class _Recording(Protocol):
     @property
     def poses(self) -> npt.NDArray[np.float64]: ...
 
@@ -35,7 +35,7 @@ class _Trajectories(Protocol):
 
 
 def save_video(
-    source: _Trajectories | npt.ArrayLike,
+    source: _Recording | npt.ArrayLike,
     path: str | Path,
     world: int = 0,
     *,
@@ -70,7 +70,7 @@ def save_video(
     if not 0 < fps <= 50:
         raise ValueError(f"fps is {fps!r}, expected a number above 0 and at most 50")
     if hasattr(source, "poses"):
-        images = np.stack(list(pictures(cast(_Trajectories, source), world, fps=fps, speed=speed, width=width, trail=trail, beams=beams)))
+        images = np.stack(list(pictures(cast(_Recording, source), world, fps=fps, speed=speed, width=width, trail=trail, beams=beams)))
     else:
         images = np.asarray(source)
         if images.ndim != 4 or images.shape[-1] != 3 or images.dtype != np.uint8 or not len(images):
@@ -80,7 +80,7 @@ def save_video(
 
 
 def pictures(
-    trajectories: _Trajectories,
+    trajectories: _Recording,
     world: int = 0,
     *,
     fps: float = 12.5,
@@ -97,7 +97,7 @@ def pictures(
     poses, time = trajectories.poses[world], trajectories.time
     objects = getattr(trajectories, "object_poses", None)
     renderer = Renderer(trajectories.world, width)
-    for now in _shown(time, speed / fps):
+    for now in _shown_frames(time, speed / fps):
         first = int(np.searchsorted(time, time[now] - trail - 1e-9))
         yield renderer(
             poses[now],
@@ -108,7 +108,7 @@ def pictures(
         )
 
 
-def _shown(time: npt.NDArray[np.float64], every: float) -> list[int]:
+def _shown_frames(time: npt.NDArray[np.float64], every: float) -> list[int]:
     """Indices of the recorded frames nearest to multiples of ``every`` seconds, each at most once."""
     count = math.floor((time[-1] - time[0]) / every + 1e-9) + 1
     wanted = time[0] + every * np.arange(count)

@@ -86,7 +86,7 @@ class Renderer:
         needed = (len(self._contact), self.world.num_sensors)
         if flags.shape != needed:
             raise ValueError(f"detections have shape {np.shape(detections)}, expected {needed[:1] if needed[1] == 1 else needed}")
-        return np.ascontiguousarray(flags[self._sensors[:, 0].astype(np.intp), _slots(self.world)])
+        return np.ascontiguousarray(flags[self._sensors[:, 0].astype(np.intp), _sensor_numbers(self.world)])
 
     def _draw_objects(self, canvas: Picture, object_poses: npt.ArrayLike | None) -> None:
         objects = self.world.objects
@@ -157,7 +157,7 @@ def _sensors(world: WorldSpec) -> Array:
 
 
 @functools.lru_cache(maxsize=8)
-def _slots(world: WorldSpec) -> npt.NDArray[np.intp]:
+def _sensor_numbers(world: WorldSpec) -> npt.NDArray[np.intp]:
     """Number of each listed sensor on its own robot."""
     return np.array([slot for robot in world.robots for slot in range(len(robot.sensors))], dtype=np.intp)
 

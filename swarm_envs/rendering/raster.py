@@ -19,7 +19,7 @@ from swarm_envs.compiled import compiled
 Canvas = npt.NDArray[np.uint8]
 ColourArray = npt.NDArray[np.uint8]
 
-FAR = 1e6
+MAX_COORDINATE = 1e6
 """Greatest coordinate in pixels that is drawn; keeps the loops' bounds within integers."""
 
 
@@ -32,9 +32,9 @@ def blend(canvas: Canvas, row: int, column: int, colour: ColourArray, alpha: flo
 
 
 @compiled(inline="always")
-def window(low: float, high: float, length: int) -> Any:
+def pixel_range(low: float, high: float, length: int) -> Any:
     """The rows (or columns) ``first, end`` of a canvas of this length whose pixels meet ``[low, high]``."""
-    if not (low > -FAR and high < FAR):
+    if not (low > -MAX_COORDINATE and high < MAX_COORDINATE):
         return 0, 0
     return max(0, math.floor(low)), min(length, math.floor(high) + 1)
 
@@ -42,8 +42,8 @@ def window(low: float, high: float, length: int) -> Any:
 @compiled()
 def annulus(canvas: Canvas, x: float, y: float, inner: float, outer: float, colour: ColourArray, alpha: float) -> None:
     """Draw a disc with a concentric hole; a full disc when ``inner`` is negative."""
-    top, bottom = window(y - outer - 1, y + outer + 1, canvas.shape[0])
-    left, right = window(x - outer - 1, x + outer + 1, canvas.shape[1])
+    top, bottom = pixel_range(y - outer - 1, y + outer + 1, canvas.shape[0])
+    left, right = pixel_range(x - outer - 1, x + outer + 1, canvas.shape[1])
     for row in range(top, bottom):
         for column in range(left, right):
             distance = math.hypot(column + 0.5 - x, row + 0.5 - y)
@@ -61,8 +61,8 @@ def box(
     """Draw a turned rectangle, its corners rounded with this radius; ``angle`` is counter-clockwise as seen on the picture."""
     reach = math.hypot(half_x, half_y) + 1
     cosine, sine = math.cos(angle), -math.sin(angle)
-    top, bottom = window(y - reach, y + reach, canvas.shape[0])
-    left, right = window(x - reach, x + reach, canvas.shape[1])
+    top, bottom = pixel_range(y - reach, y + reach, canvas.shape[0])
+    left, right = pixel_range(x - reach, x + reach, canvas.shape[1])
     for row in range(top, bottom):
         for column in range(left, right):
             dx, dy = column + 0.5 - x, row + 0.5 - y
@@ -79,8 +79,8 @@ def stroke(canvas: Canvas, x0: float, y0: float, x1: float, y1: float, width: fl
     dx, dy = x1 - x0, y1 - y0
     length = math.hypot(dx, dy)
     reach = width / 2 + 1
-    top, bottom = window(min(y0, y1) - reach, max(y0, y1) + reach, canvas.shape[0])
-    left, right = window(min(x0, x1) - reach, max(x0, x1) + reach, canvas.shape[1])
+    top, bottom = pixel_range(min(y0, y1) - reach, max(y0, y1) + reach, canvas.shape[0])
+    left, right = pixel_range(min(x0, x1) - reach, max(x0, x1) + reach, canvas.shape[1])
     if length < 1e-6:
         return
     for row in range(top, bottom):
@@ -100,7 +100,7 @@ def sector(
     """Draw a slice of a disc whose opacity falls from ``alpha`` at the tip to ``far_alpha`` at the arc; ``angle`` as in :func:`box`."""
     cosine, sine = math.cos(angle), -math.sin(angle)
     edge_c, edge_s = math.cos(half_angle), math.sin(half_angle)
-    top, bottom = window(y - radius - 1, y + radius + 1, canvas.shape[0])
+    top, bottom = pixel_range(y - radius - 1, y + radius + 1, canvas.shape[0])
     for row in range(top, bottom):
         dy = row + 0.5 - y
         if abs(dy) > radius + 1:
@@ -119,7 +119,7 @@ def sector(
                     high = low - 1
         if high < low:
             continue
-        left, right = window(low - 1, high + 1, canvas.shape[1])
+        left, right = pixel_range(low - 1, high + 1, canvas.shape[1])
         for column in range(left, right):
             dx = column + 0.5 - x
             along, across = dx * cosine + dy * sine, abs(dy * cosine - dx * sine)

@@ -9,13 +9,13 @@ import numpy as np
 
 from swarm_envs.compiled import compiled
 from swarm_envs.cores import available_cores
-from swarm_envs.rendering.greyscale import CHUNK, Array, Grey, Indices, frame_indices
+from swarm_envs.rendering.greyscale import WORLDS_PER_TASK, Array, Grey, Indices, frame_indices
 from swarm_envs.rendering.view import bounds
 from swarm_envs.simulation import Trajectories
 
-PATH = 160
+PATH_GREY = 160
 """Grey of a path where the robot is now; that of the visible disc."""
-WIDTH = 0.5
+RELATIVE_WIDTH = 0.5
 """Width of a path over the visible disc's."""
 
 
@@ -40,14 +40,14 @@ def trails(trajectories: Trajectories, frames: int = 3, size: int = 64, *, threa
     starts = np.concatenate([[math.floor((poses.shape[1] - 1) / 2 + 0.5)], ends[:-1]])
     left, bottom, right, top = bounds(world)
     frame = np.array([left, top, size / (right - left), size / (top - bottom)])
-    radii = np.array([robot.body.visible_radius * WIDTH for robot in world.robots])
+    radii = np.array([robot.body.visible_radius * RELATIVE_WIDTH for robot in world.robots])
     out = np.zeros((len(poses), frames, size, size), dtype=np.uint8)
 
     def draw(first: int) -> None:
-        _draw_paths(poses[first : first + CHUNK], starts, ends, radii, frame, out[first : first + CHUNK])
+        _draw_paths(poses[first : first + WORLDS_PER_TASK], starts, ends, radii, frame, out[first : first + WORLDS_PER_TASK])
 
     with ThreadPoolExecutor(threads or available_cores()) as pool:
-        list(pool.map(draw, range(0, len(poses), CHUNK)))
+        list(pool.map(draw, range(0, len(poses), WORLDS_PER_TASK)))
     return out
 
 
@@ -57,7 +57,7 @@ def _draw_paths(poses: Array, starts: Indices, ends: Indices, radii: Array, fram
     size, scale = out.shape[2], math.sqrt(frame[2] * frame[3])
     for world, k in np.ndindex(out.shape[0], out.shape[1]):
         for tick in range(starts[k] + 1, ends[k] + 1):
-            grey = PATH * (tick - starts[k]) / (ends[k] - starts[k])
+            grey = PATH_GREY * (tick - starts[k]) / (ends[k] - starts[k])
             for robot in range(poses.shape[2]):
                 x = (poses[world, tick, robot, 0] - frame[0]) * frame[2]
                 y = (frame[1] - poses[world, tick, robot, 1]) * frame[3]

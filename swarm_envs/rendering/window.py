@@ -1,4 +1,4 @@
-"""A window that shows pictures as they come, for PettingZoo's ``render_mode="human"``; Gymnasium brings its own wrapper."""
+"""A window that shows pictures as they come: ``render_mode="human"``."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 
 class Window:
-    """Shows pictures in a window, at most so many a second. Opens with the first picture.
+    """Shows pictures in a window, at most so many per second. Opens with the first picture.
 
     Args:
         title: What the window's frame says.

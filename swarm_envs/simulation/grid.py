@@ -17,7 +17,7 @@ LARGE_SWARM = 40
 
 
 @compiled(_nrt=False)
-def bounds(poses: FloatArray) -> tuple[float, float, float, float]:
+def bounding_box(poses: FloatArray) -> tuple[float, float, float, float]:
     """Return the box around robots (R, 3): its lower left corner, width and height in m."""
     left, bottom, right, top = poses[0, 0], poses[0, 1], poses[0, 0], poses[0, 1]
     for i in range(1, poses.shape[0]):
@@ -27,7 +27,7 @@ def bounds(poses: FloatArray) -> tuple[float, float, float, float]:
 
 
 @compiled()
-def bins(poses: FloatArray, low_x: float, low_y: float, cell: float, columns: int, rows: int) -> tuple[IntArray, IntArray]:
+def cell_list(poses: FloatArray, low_x: float, low_y: float, cell: float, columns: int, rows: int) -> tuple[IntArray, IntArray]:
     """Sort robots into square cells; return each cell's first place (cells + 1,) in the order (R,), and the order."""
     first = np.empty(columns * rows + 1, np.int64)
     fill = np.empty(columns * rows, np.int64)

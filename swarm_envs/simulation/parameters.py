@@ -77,7 +77,7 @@ class WorldArrays(NamedTuple):
     ideal_drive: bool
     """No drive effect differs from neutral: the fast path."""
     ideal_sensing: bool
-    """No sensing effect differs from neutral, one reading a tick, nothing hidden: the fast path."""
+    """No sensing effect differs from neutral, one reading per tick, nothing hidden: the fast path."""
     reach: float
     """No robot's centre can move further than this in one tick, in m."""
     history: int

@@ -13,7 +13,7 @@ import numpy as np
 from swarm_envs.compiled import compiled
 from swarm_envs.simulation import parameters as p
 from swarm_envs.simulation import scratch as m
-from swarm_envs.simulation.grid import IntArray, bins, bounds
+from swarm_envs.simulation.grid import IntArray, bounding_box, cell_list
 from swarm_envs.simulation.parameters import FeatureFlag, FloatArray, WorldArrays
 from swarm_envs.simulation.randomness import STREAM_FALSE, STREAM_MISSED, uniform
 from swarm_envs.simulation.scratch import Scratch
@@ -272,11 +272,11 @@ def sense_with_grid(world: WorldArrays, state: StateArrays, w: int, effects: Fea
     """Update detections of a large swarm: only robots in cells that the box around a robot's sectors meets are looked at."""
     poses = state.poses[w]
     count = poses.shape[0]
-    low_x, low_y, width, height = bounds(poses)
-    # a robot or so a cell: a narrow beam passes through few of them
+    low_x, low_y, width, height = bounding_box(poses)
+    # about one robot per cell: a narrow beam passes through few of them
     cell = math.sqrt((width * height + 1e-6) / count)
     columns, rows = int(width / cell) + 1, int(height / cell) + 1
-    first, order = bins(poses, low_x, low_y, cell, columns, rows)
+    first, order = cell_list(poses, low_x, low_y, cell, columns, rows)
     largest = 0.0
     for i in range(count):
         largest = max(largest, world.robots[i, p.VISIBLE_RADIUS])

@@ -102,7 +102,7 @@ class Simulation:
         step_worlds(self._parameters, self._state, self._ready_spaces(), *self._feature_flags, array, self._scratch)
 
     def observe(self) -> None:
-        """Take readings anew, and tell the engine, for those who have moved robots by writing to :attr:`poses`."""
+        """Take readings again, and tell the engine, for those who have moved robots by writing to :attr:`poses`."""
         worlds = np.arange(self.num_worlds)
         if self._spaces is not None:
             self._spaces.invalidate(worlds)
@@ -137,7 +137,7 @@ class Simulation:
 
     @property
     def detections(self) -> npt.NDArray[np.uint8]:
-        """(W, R) readings, or (W, R, S) where robots have S > 1: one a sensor, with a broadcast one more; a view of the running state."""
+        """(W, R) readings, or (W, R, S) where robots have S > 1: one per sensor, with a broadcast one more; a view of the running state."""
         readings = self._state.detections
         return readings[:, :, 0] if readings.shape[2] == 1 else readings
 

@@ -126,7 +126,7 @@ def record(state: StateArrays, w: int, now: FloatArray, frame: int, poses: Float
 
 @compiled(inline="always", _nrt=False)
 def control(detections: ByteArray, controllers: FloatArray, commands: FloatArray) -> None:
-    """Write each robot's command (R, 2) for its readings (R, S): the if-else controller of the paper, one pair a pattern."""
+    """Write each robot's command (R, 2) for its readings (R, S): the if-else controller of the paper, one pair per pattern."""
     inputs = 1
     while 2 << inputs < controllers.shape[1]:
         inputs += 1

@@ -34,7 +34,7 @@ class Trajectories:
     poses: npt.NDArray[np.float64]
     """(W, F, R, 3) x and y in m, heading in rad."""
     detections: npt.NDArray[np.uint8]
-    """(W, F, R) readings, or (W, F, R, S) where robots have S > 1: one a sensor, and with a broadcast whether they hear another."""
+    """(W, F, R) readings, or (W, F, R, S) where robots have S > 1: one per sensor, and with a broadcast whether they hear another."""
     commands: npt.NDArray[np.float64]
     """(W, F, R, 2) v in m/s and omega in rad/s, given at that frame."""
     object_poses: npt.NDArray[np.float64] | None = None

@@ -56,7 +56,7 @@ def rollout_rate(engine: str, controller: list[float], worlds: int) -> float:
 
 
 def plain_loop_rate(controller: list[float]) -> float:
-    """World-steps per second of the loop that one writes first: Python, a force towards the wish, five substeps, ideal sensing."""
+    """World-steps per second of the loop that one writes first: a force towards the desired velocity in Python, five substeps."""
     world = load_world("hero_plus")
 
     def work(steps: int = 200) -> int:

@@ -125,7 +125,7 @@ def test_actions_beyond_the_limits_are_clipped_to_them() -> None:
     ("arguments", "complaint"),
     [
         ({"world": "hero_pluss"}, "did you mean 'hero_plus'"),
-        ({"render_mode": "ansi"}, "render_mode is 'ansi', expected 'rgb_array' or None"),
+        ({"render_mode": "ansi"}, "render_mode is 'ansi', expected 'human', 'rgb_array' or None"),
         ({"engine": "bullet"}, "engine is 'bullet', expected one of chipmunk, disc"),
         ({"num_robots": 0}, "num_robots is 0, expected a whole number from 1 to 1000"),
     ],

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import sys
 import warnings
+from collections.abc import Iterator
+from types import ModuleType
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -10,6 +14,7 @@ import pettingzoo
 import pytest
 from gymnasium.utils.env_checker import check_env
 from gymnasium.utils.env_match import check_environments_match
+from gymnasium.wrappers import HumanRendering
 from pettingzoo.test import api_test, parallel_api_test, parallel_seed_test, render_test, seed_test
 
 import swarm_envs
@@ -29,19 +34,54 @@ def test_gymnasiums_checker_has_nothing_to_say(name: str) -> None:
     check_env(gym.make(name, render_mode="rgb_array").unwrapped)
 
 
-def test_a_window_follows_the_swarm(monkeypatch: pytest.MonkeyPatch) -> None:
-    pygame = pytest.importorskip("pygame")
+@pytest.fixture
+def screenless(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    """pygame with windows that need no screen."""
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    many = pettingzoo.make("parallel", "HeRo/Milling-v0", render_mode="human")
-    many.reset(seed=0)
-    assert pygame.display.get_caption()[0] == "HeRo/Milling-v0"
-    before = pygame.surfarray.array3d(pygame.display.get_surface())
-    for _ in range(3):
-        many.step({agent: np.array([0.09, 0.0], np.float32) for agent in many.agents})
-    assert (pygame.surfarray.array3d(pygame.display.get_surface()) != before).any()
+    pygame: ModuleType = pytest.importorskip("pygame")
+    return pygame
+
+
+@pytest.mark.parametrize("name", ["HeRo/Swarm-v0", "HeRo/Milling-v0"])
+@pytest.mark.parametrize("form", ["gymnasium", "parallel"])
+def test_a_window_follows_the_swarm(form: str, name: str, screenless: ModuleType) -> None:
+    if form == "gymnasium":
+        env = gym.make(name, render_mode="human")
+        assert not any(isinstance(layer, HumanRendering) for layer in layers(env)), "the window is the environment's own"
+    else:
+        env = pettingzoo.make("parallel", name, render_mode="human")
+    env.reset(seed=0)
+    assert screenless.display.get_caption()[0] == name
+    before = screenless.surfarray.array3d(screenless.display.get_surface())
     assert before.shape == (513, 426, 3)
-    many.close()
-    assert not pygame.display.get_init()
+    for _ in range(3):
+        forward = np.array([0.09, 0.0], np.float32)
+        env.step(np.tile(forward, (8, 1)) if form == "gymnasium" else dict.fromkeys(env.agents, forward))
+    assert (screenless.surfarray.array3d(screenless.display.get_surface()) != before).any()
+    assert env.render() is None
+    env.close()
+    assert not screenless.display.get_init()
+
+
+def layers(env: gym.Env[Any, Any]) -> Iterator[gym.Env[Any, Any]]:
+    """An environment, what it wraps, and so on."""
+    yield env
+    while isinstance(env, gym.Wrapper):
+        env = env.env
+        yield env
+
+
+def test_gymnasiums_checker_has_nothing_to_say_about_the_window(screenless: ModuleType) -> None:
+    env = gym.make("HeRo/Swarm-v0", render_mode="human")
+    check_env(env.unwrapped)
+    env.close()
+
+
+def test_a_window_without_pygame_is_refused_in_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pygame", None)
+    with pytest.raises(ImportError, match="render_mode is 'human', which needs pygame") as error:
+        gym.make("HeRo/Aggregation-v0", render_mode="human")
+    assert "\n" not in str(error.value)
 
 
 @pytest.mark.parametrize("world", swarm_envs.world_names())

@@ -46,7 +46,7 @@ def test_pickled_trajectories_hold_the_same_and_are_judged_the_same() -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_pickled_simulation_that_starts_anew_runs_to_the_same_bits(engine: str) -> None:
+def test_a_pickled_simulation_that_starts_again_runs_to_the_same_bits(engine: str) -> None:
     used = Simulation("hero_plus", 2, engine)
     drive(used, seed=5, ticks=30)
     assert (drive(pickle.loads(pickle.dumps(used)), seed=6) == drive(Simulation("hero_plus", 2, engine), seed=6)).all()

@@ -98,7 +98,7 @@ def test_no_robot_of_any_world_is_nowhere_outside_or_inside_another(engine: str,
 def test_contact_never_adds_kinetic_energy_to_what_robots_wish(engine: str, swarm: tuple[WorldSpec, int, list[Array]]) -> None:
     """Each tick, summed over robots: m v^2 + I omega^2 of what happened is at most that of what was asked.
 
-    Robots drive as asked, without effects, so the command is the wish. A thousandth covers the solvers' tolerance.
+    Robots drive as asked, without effects, so the command is the desired velocity. A thousandth covers the solvers' tolerance.
     """
     plain = tuple(dataclasses.replace(robot, effects=Effects()) for robot in swarm[0].robots)
     swarm = (swarm[0].replace(robots=plain), *swarm[1:])

@@ -135,6 +135,16 @@ def test_a_saved_batch_comes_back_whole_and_without_pickle(tmp_path: Path) -> No
     np.load(tmp_path / "runs.npz", allow_pickle=False)["header"]
 
 
+def test_a_batch_saved_by_an_earlier_version_is_read_and_runs_again_to_the_same_poses() -> None:
+    """The file is version 0.1.0's of the run below; poses may differ in the last bits from one machine's library to the next."""
+    saved = Trajectories.load(Path(__file__).parent / "data" / "saved_by_0_1_0.npz")
+    assert saved.engine == "disc"
+    again = rollouts(saved.world, [[0.07, -1.3, 0.06, 1.1]], seed=7, steps=20, record_every=10)
+    np.testing.assert_allclose(again.poses, saved.poses, atol=1e-9)
+    assert (again.detections == saved.detections).all()
+    assert (again.commands == saved.commands).all()
+
+
 @pytest.mark.parametrize("content", [b"", b"PK\x03\x04", b"nonsense" * 100])
 def test_a_damaged_file_is_refused_in_one_line(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "runs.npz").write_bytes(content)

@@ -1,9 +1,9 @@
-"""Tasks: what a swarm is rewarded for, one behaviour of the paper a file.
+"""Tasks: what a swarm is rewarded for, one behaviour of the paper per file.
 
 A task is a function of a world that returns a reward function. That one takes the poses of W worlds before and after a tick, each
-(W, R, 3) in m, m, rad, and returns W rewards; the shells call it after every tick and give every robot of a swarm the same. Each task here
-rewards with numbers from 0 to 1, every tick, and is greatest where the behaviour is complete. The functions are compiled, one loop over
-worlds, so that a world's reward has the same bits alone and among a thousand.
+(W, R, 3) in m, m, rad, and returns W rewards; the environments call it after every tick and give every robot of a swarm the same. Each
+task here rewards with numbers from 0 to 1, every tick, and is greatest where the behaviour is complete. The functions are compiled, one
+loop over worlds, so that a world's reward has the same bits alone and among a thousand.
 """
 
 from __future__ import annotations
@@ -20,7 +20,18 @@ from swarm_envs.envs.tasks.milling import milling
 from swarm_envs.envs.tasks.wall_following import wall_following
 from swarm_envs.worlds import WorldError, WorldSpec
 
-__all__ = ["TASKS", "RewardFunction", "Task", "aggregation", "cyclic_pursuit", "dispersal", "make_rewards", "milling", "wall_following"]
+__all__ = [
+    "TASKS",
+    "RewardFunction",
+    "Task",
+    "aggregation",
+    "cyclic_pursuit",
+    "dispersal",
+    "environment_name",
+    "make_rewards",
+    "milling",
+    "wall_following",
+]
 
 FloatArray = npt.NDArray[np.float64]
 RewardFunction = Callable[[FloatArray, FloatArray], FloatArray]
@@ -35,6 +46,11 @@ TASKS: dict[str, Task] = {
     "WallFollowing": wall_following,
 }
 """The tasks with an environment id of their own: ``HeRo/<name>-v0``."""
+
+
+def environment_name(task: str | Task | None) -> str:
+    """Return the id of the environment with a task: that of the swarm without one where the task has no id of its own."""
+    return f"HeRo/{task}-v0" if isinstance(task, str) else "HeRo/Swarm-v0"
 
 
 def make_rewards(task: str | Task | None, world: WorldSpec) -> RewardFunction:

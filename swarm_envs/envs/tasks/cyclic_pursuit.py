@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from swarm_envs import metrics
 from swarm_envs.compiled import compiled
-from swarm_envs.envs.tasks.swarm_shape import around_centroid, evenness, in_the_open, revolution
+from swarm_envs.envs.tasks.swarm_shape import angular_evenness, centroid_distances, revolution, share_off_walls
 from swarm_envs.simulation.segments import polygon_edges
 from swarm_envs.worlds import WorldSpec
 
@@ -29,21 +29,23 @@ def cyclic_pursuit(world: WorldSpec) -> Callable[[FloatArray, FloatArray], Float
     - revolution: the mean speed around the centroid in one sense, over the world's limit of linear speed;
     - open: the share of robots farther than a contact radius from the wall.
     """
-    reach = world.limits.linear_speed * world.tick
+    longest_step = world.limits.linear_speed * world.tick
     edges, radii = polygon_edges(world.arena.outline), metrics.contact_radii(world)
 
     def rewards(before: FloatArray, after: FloatArray) -> FloatArray:
-        return _rewards(before, after, reach, edges, radii)
+        return _rewards(before, after, longest_step, edges, radii)
 
     return rewards
 
 
 @compiled()
-def _rewards(before: FloatArray, after: FloatArray, reach: float, edges: FloatArray, radii: FloatArray) -> FloatArray:
+def _rewards(before: FloatArray, after: FloatArray, longest_step: float, edges: FloatArray, radii: FloatArray) -> FloatArray:
     out = np.empty(after.shape[0])
     for w in range(after.shape[0]):
-        mean, deviation = around_centroid(after[w])
+        mean, deviation = centroid_distances(after[w])
         roughness = deviation / max(mean, 1e-9) / ROUGHNESS
         circle = math.exp(-roughness * roughness)
-        out[w] = circle * evenness(after[w]) * revolution(before[w], after[w], reach) * in_the_open(after[w], edges, radii)
+        out[w] = (
+            circle * angular_evenness(after[w]) * revolution(before[w], after[w], longest_step) * share_off_walls(after[w], edges, radii)
+        )
     return out

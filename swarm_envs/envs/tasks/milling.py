@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from swarm_envs import metrics
 from swarm_envs.compiled import compiled
-from swarm_envs.envs.tasks.swarm_shape import around_centroid, heap_radius, in_the_open, revolution
+from swarm_envs.envs.tasks.swarm_shape import centroid_distances, packed_radius, revolution, share_off_walls
 from swarm_envs.simulation.segments import polygon_edges
 from swarm_envs.worlds import WorldSpec
 
@@ -32,21 +32,21 @@ def milling(world: WorldSpec) -> Callable[[FloatArray, FloatArray], FloatArray]:
     - revolution: the mean speed around the centroid in one sense, over the world's limit of linear speed;
     - open: the share of robots farther than a contact radius from the wall.
     """
-    reach = world.limits.linear_speed * world.tick
-    edges, radii, heap = polygon_edges(world.arena.outline), metrics.contact_radii(world), heap_radius(world)
+    longest_step = world.limits.linear_speed * world.tick
+    edges, radii, packed = polygon_edges(world.arena.outline), metrics.contact_radii(world), packed_radius(world)
 
     def rewards(before: FloatArray, after: FloatArray) -> FloatArray:
-        return _rewards(before, after, reach, edges, radii, heap)
+        return _rewards(before, after, longest_step, edges, radii, packed)
 
     return rewards
 
 
 @compiled()
-def _rewards(before: FloatArray, after: FloatArray, reach: float, edges: FloatArray, radii: FloatArray, heap: float) -> FloatArray:
+def _rewards(before: FloatArray, after: FloatArray, longest_step: float, edges: FloatArray, radii: FloatArray, packed: float) -> FloatArray:
     out = np.empty(after.shape[0])
     for w in range(after.shape[0]):
-        mean, deviation = around_centroid(after[w])
+        mean, deviation = centroid_distances(after[w])
         filled = min(1.0, deviation / max(mean, 1e-9) / FILLED)
-        loose = min(1.0, mean / (LOOSE * heap))
-        out[w] = filled * filled * loose * revolution(before[w], after[w], reach) * in_the_open(after[w], edges, radii)
+        loose = min(1.0, mean / (LOOSE * packed))
+        out[w] = filled * filled * loose * revolution(before[w], after[w], longest_step) * share_off_walls(after[w], edges, radii)
     return out

@@ -16,7 +16,7 @@ from swarm_envs.worlds import WorldSpec
 FloatArray = npt.NDArray[np.float64]
 
 
-def heap_radius(world: WorldSpec) -> float:
+def packed_radius(world: WorldSpec) -> float:
     """Root mean square distance in m from their centroid of the world's robots when packed as tightly as discs can be."""
     return float(metrics.contact_radii(world).mean()) * math.sqrt(world.num_robots / (2 * HEXAGONAL_DENSITY))
 
@@ -32,7 +32,7 @@ def centroid(poses: FloatArray) -> tuple[float, float]:
 
 
 @compiled()
-def around_centroid(poses: FloatArray) -> tuple[float, float]:
+def centroid_distances(poses: FloatArray) -> tuple[float, float]:
     """Mean distance in m of robots (R, 3) from their centroid, and its standard deviation."""
     x, y = centroid(poses)
     mean, square = 0.0, 0.0
@@ -45,8 +45,8 @@ def around_centroid(poses: FloatArray) -> tuple[float, float]:
 
 
 @compiled()
-def revolution(before: FloatArray, after: FloatArray, reach: float) -> float:
-    """Share, from 0 to 1, of the longest way in a tick, ``reach`` in m, that robots (R, 3) went around their centroid in one sense."""
+def revolution(before: FloatArray, after: FloatArray, longest_step: float) -> float:
+    """Share, from 0 to 1, of the longest way in a tick, ``longest_step`` in m, that robots (R, 3) went around their centroid."""
     x, y = centroid(after)
     x_before, y_before = centroid(before)
     x, y = 0.5 * (x + x_before), 0.5 * (y + y_before)
@@ -56,11 +56,11 @@ def revolution(before: FloatArray, after: FloatArray, reach: float) -> float:
         distance = math.hypot(arm_x, arm_y)
         if distance > 0:
             total += (arm_x * (after[i, 1] - before[i, 1]) - arm_y * (after[i, 0] - before[i, 0])) / distance
-    return float(min(1.0, abs(total) / (after.shape[0] * reach)))
+    return float(min(1.0, abs(total) / (after.shape[0] * longest_step)))
 
 
 @compiled()
-def evenness(poses: FloatArray) -> float:
+def angular_evenness(poses: FloatArray) -> float:
     """1 when robots (R, 3) stand in even directions around their centroid, 0 when all stand in one."""
     robots = poses.shape[0]
     if robots < 2:
@@ -77,7 +77,7 @@ def evenness(poses: FloatArray) -> float:
 
 
 @compiled()
-def in_the_open(poses: FloatArray, edges: FloatArray, radii: FloatArray) -> float:
+def share_off_walls(poses: FloatArray, edges: FloatArray, radii: FloatArray) -> float:
     """Share of robots (R, 3) whose contact disc is more than its radius away from every edge (E, 4)."""
     away = 0
     for i in range(poses.shape[0]):

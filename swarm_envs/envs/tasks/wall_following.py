@@ -23,17 +23,17 @@ def wall_following(world: WorldSpec) -> Callable[[FloatArray, FloatArray], Float
     speed, positive in one sense and negative in the other, and c = 1 / (1 + (g / R)^2) with g the gap between wall and contact disc and R
     the disc's radius.
     """
-    reach = world.limits.linear_speed * world.tick
+    longest_step = world.limits.linear_speed * world.tick
     edges, radii = polygon_edges(world.arena.outline), metrics.contact_radii(world)
 
     def rewards(before: FloatArray, after: FloatArray) -> FloatArray:
-        return _rewards(before, after, reach, edges, radii)
+        return _rewards(before, after, longest_step, edges, radii)
 
     return rewards
 
 
 @compiled()
-def _rewards(before: FloatArray, after: FloatArray, reach: float, edges: FloatArray, radii: FloatArray) -> FloatArray:
+def _rewards(before: FloatArray, after: FloatArray, longest_step: float, edges: FloatArray, radii: FloatArray) -> FloatArray:
     out = np.empty(after.shape[0])
     for w in range(after.shape[0]):
         total = 0.0
@@ -43,5 +43,5 @@ def _rewards(before: FloatArray, after: FloatArray, reach: float, edges: FloatAr
             wall_x, wall_y = edges[k, 2] - edges[k, 0], edges[k, 3] - edges[k, 1]
             way = (after[w, i, 0] - before[w, i, 0]) * wall_x + (after[w, i, 1] - before[w, i, 1]) * wall_y
             total += way / math.hypot(wall_x, wall_y) / (1.0 + gap * gap)
-        out[w] = min(1.0, abs(total) / (after.shape[1] * reach))
+        out[w] = min(1.0, abs(total) / (after.shape[1] * longest_step))
     return out

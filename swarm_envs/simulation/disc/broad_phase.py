@@ -14,7 +14,7 @@ from swarm_envs.simulation.disc.contact import (
     add_robot_contact,
     add_wall_contact,
 )
-from swarm_envs.simulation.grid import bins, bounds
+from swarm_envs.simulation.grid import bounding_box, cell_list
 from swarm_envs.simulation.parameters import FeatureFlag, FloatArray, WorldArrays
 from swarm_envs.simulation.scratch import Scratch, scratch_for
 
@@ -57,13 +57,13 @@ def find_contacts(world: WorldArrays, poses: FloatArray, scratch: Scratch, grid:
 @compiled()
 def find_pairs_with_grid(world: WorldArrays, poses: FloatArray, scratch: Scratch) -> int:
     """Append the near pairs of a large swarm, looking only into neighbouring cells."""
-    low_x, low_y, width, height = bounds(poses)
+    low_x, low_y, width, height = bounding_box(poses)
     widest = 0.0
     for i in range(poses.shape[0]):
         widest = max(widest, scratch.columns[m.EXTENT, i])
     cell = max(2.0 * widest, 0.5 * math.sqrt((width * height + 1e-6) / poses.shape[0]))
     columns, rows = int(width / cell) + 1, int(height / cell) + 1
-    first, order = bins(poses, low_x, low_y, cell, columns, rows)
+    first, order = cell_list(poses, low_x, low_y, cell, columns, rows)
     found = int(np.int64(0))
     for i in range(poses.shape[0]):
         column = int((poses[i, 0] - low_x) / cell)

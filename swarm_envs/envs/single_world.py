@@ -1,4 +1,4 @@
-"""What the Gymnasium and the PettingZoo shell share: one running world, who drives its robots, pictures."""
+"""What the Gymnasium and the PettingZoo adapter share: one running world, who drives its robots, pictures."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium import spaces
 
-from swarm_envs.envs.interface import check_render_mode, checked_actions, draw_key, swarm_action_space
+from swarm_envs.envs.interface import RENDER_FPS, check_render_mode, checked_actions, draw_key, swarm_action_space
 from swarm_envs.envs.robot_software import make_robot_software
-from swarm_envs.envs.tasks import Task, make_rewards
+from swarm_envs.envs.tasks import Task, environment_name, make_rewards
 from swarm_envs.rendering import Renderer
+from swarm_envs.rendering.window import Window
 from swarm_envs.simulation import Simulation
 from swarm_envs.worlds import WorldSpec, load_world
 
@@ -21,14 +22,14 @@ TRAIL_SECONDS = 12.0
 """Length of the trails in pictures."""
 
 
-class Stage:
+class SingleWorld:
     """One world that an environment steps.
 
     Args:
         world: A world's name, file or spec.
         num_robots: Number of robots instead of the world's own.
         engine: ``chipmunk`` or ``disc``.
-        render_mode: ``rgb_array`` or None.
+        render_mode: ``rgb_array``, ``human`` for a window that follows every tick, or None.
         task: What the swarm is rewarded for: a task, its name, or None.
         robot_software: ``actions`` when the agent commands the robots, ``controller`` when they carry one, ``firmware`` when they run
             their own code; None: ``controller`` where one is given, else ``actions``.
@@ -36,6 +37,7 @@ class Stage:
 
     Raises:
         ValueError: For an unknown world, engine, render mode, task or software; one line.
+        ImportError: For a window without pygame; one line that says how to install it.
     """
 
     def __init__(
@@ -56,13 +58,14 @@ class Stage:
         self.software = make_robot_software(self.simulation, robot_software, controller)
         self._trail: deque[npt.NDArray[np.float64]] = deque(maxlen=max(2, round(TRAIL_SECONDS / self.world.tick)))
         self._renderer: Renderer | None = None
+        self._window = Window(environment_name(task), RENDER_FPS) if render_mode == "human" else None
 
     def swarm_action_space(self) -> spaces.Space[Any]:
         """The swarm's commands; one empty action for robots that drive themselves."""
         return swarm_action_space(self.world) if self.software is None else spaces.Discrete(1)
 
     def reset(self, generator: np.random.Generator, options: dict[str, Any] | None) -> None:
-        """Start anew with a key drawn from the environment's generator.
+        """Start an episode with a key drawn from the environment's generator.
 
         Args:
             generator: The environment's ``np_random``.
@@ -76,7 +79,7 @@ class Stage:
         if self.software is not None:
             self.software.reset()
         self._trail.clear()
-        self._remember()
+        self._follow()
 
     def advance(self, actions: npt.ArrayLike) -> None:
         """Run one tick with actions (R, 2 or 3), clipped to the limits, or with those of the robots' own software.
@@ -91,7 +94,7 @@ class Stage:
             commands, messages = checked_actions(actions, (), self.world)
             self.simulation.step(commands[None], None if messages is None else messages[None])
         self.reward = float(self._rewards(before, self.simulation.poses)[0])
-        self._remember()
+        self._follow()
 
     def detections(self) -> npt.NDArray[np.int8]:
         """Each robot's readings, (R,) or (R, S), as a copy."""
@@ -106,9 +109,20 @@ class Stage:
         return float(self.simulation.time[0])
 
     def render(self) -> npt.NDArray[np.uint8] | None:
-        """The picture (H, W, 3) of the present moment; None without a render mode."""
+        """The picture (H, W, 3) of the present moment; None without a render mode, and where a window shows it instead."""
         if self.render_mode is None:
             return None
+        if self._window is None:
+            return self._picture()
+        self._window.show(self._picture())
+        return None
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        if self._window is not None:
+            self._window.close()
+
+    def _picture(self) -> npt.NDArray[np.uint8]:
         if self._renderer is None:
             self._renderer = Renderer(self.world)
         return self._renderer(
@@ -119,6 +133,9 @@ class Stage:
             object_poses=self.simulation.objects[0],
         )
 
-    def _remember(self) -> None:
+    def _follow(self) -> None:
+        """Lengthen the trails, and show the present moment where a window is open."""
         if self.render_mode is not None:
             self._trail.append(self.poses())
+        if self._window is not None:
+            self.render()
