@@ -164,7 +164,7 @@ def test_a_damaged_file_is_refused_in_one_line(tmp_path: Path, content: bytes) -
         ({"engine": "bullet"}, "engine is 'bullet', expected one of chipmunk, disc"),
         ({"world": "heroplus"}, "did you mean 'hero_plus'"),
         ({"robots": 900}, "do not fit"),
-        ({"record_every": 0}, "expected at least 0 and 1"),
+        ({"record_every": 0}, "expected at least 0, 1 and 0"),
         ({"initial_poses": np.zeros((1, 8, 2))}, "expected .1, 8, 3."),
         ({"initial_poses": np.zeros((1, 8, 3))}, "does not fit"),
         ({"initial_poses": np.full((1, 8, 3), 0.7)}, "overlap by 120.0 mm"),
