@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from swarm_envs import Trajectories, load_world
 from swarm_envs.rendering import frame_indices, trails, videos
-from swarm_envs.rendering.trails import PATH
+from swarm_envs.rendering.trails import PATH_GREY
 
 HERO = load_world("hero_plus")
 WIDTH, HEIGHT = 1.70, 1.42
@@ -48,7 +48,7 @@ def test_paths_equal_a_brute_force_drawing_but_for_the_softness_of_edges() -> No
         expected = brute_force(poses[0], start, end, 64)
         difference = np.abs(found[k] - expected)
         assert difference.mean() < 0.03 * expected[expected > 0].mean()
-        assert difference.max() < 0.3 * PATH
+        assert difference.max() < 0.3 * PATH_GREY
         assert np.corrcoef(found[k].ravel(), expected.ravel())[0, 1] > 0.98
 
 
@@ -73,9 +73,9 @@ def test_a_path_is_lightest_where_the_robot_is_and_fades_evenly_into_the_past() 
     first, last = int((poses[0, 101, 0, 0] - 0.01) / PIXEL), int(poses[0, -1, 0, 0] / PIXEL)
     assert np.all(line[: first - 1] == 0)
     assert np.all(np.diff(line[first + 1 : last]) > 0)
-    assert 0.9 * PATH < line.max() <= PATH
+    assert 0.9 * PATH_GREY < line.max() <= PATH_GREY
     middle = line[(first + last) // 2]
-    assert abs(middle - PATH / 2) < 0.12 * PATH
+    assert abs(middle - PATH_GREY / 2) < 0.12 * PATH_GREY
 
 
 def test_robots_that_stand_still_leave_no_trail_beyond_themselves() -> None:

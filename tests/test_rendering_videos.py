@@ -12,7 +12,16 @@ import pytest
 
 from swarm_envs import Trajectories, load_world
 from swarm_envs.rendering import frame_indices, videos
-from swarm_envs.rendering.greyscale import BODY, DIRECTIONS, FIXED, LINE, MARK, MARK_LENGTH, MARK_WIDTH, PUSHED
+from swarm_envs.rendering.greyscale import (
+    BODY_GREY,
+    HEADINGS,
+    MARK_GREY,
+    MARK_LENGTH,
+    MARK_WIDTH,
+    OBJECT_GREY,
+    OBSTACLE_GREY,
+    OUTLINE_WIDTH,
+)
 from swarm_envs.worlds import Obstacle, PushableObject, WorldSpec
 
 HERO = load_world("hero_plus")
@@ -40,9 +49,9 @@ def brute_force(poses: npt.NDArray[np.float64], size: int, fine: int = 16) -> np
         distance = np.hypot(x - px, y - py)
         along = (x - px) * math.cos(heading) + (y - py) * math.sin(heading)
         across = (y - py) * math.cos(heading) - (x - px) * math.sin(heading)
-        grey = np.where(distance <= 0.04, BODY, 0)
-        grey = np.where((distance <= 0.06) & (distance >= 0.06 - LINE), MARK, grey)
-        grey = np.where((along >= 0) & (along <= MARK_LENGTH * 0.04) & (np.abs(across) <= MARK_WIDTH / 2), MARK, grey)
+        grey = np.where(distance <= 0.04, BODY_GREY, 0)
+        grey = np.where((distance <= 0.06) & (distance >= 0.06 - OUTLINE_WIDTH), MARK_GREY, grey)
+        grey = np.where((along >= 0) & (along <= MARK_LENGTH * 0.04) & (np.abs(across) <= MARK_WIDTH / 2), MARK_GREY, grey)
         total += grey
     return np.minimum(total, 255).reshape(size, fine, size, fine).mean(axis=(1, 3))
 
@@ -52,7 +61,7 @@ def scattered(count: int = 8, seed: int = 0) -> npt.NDArray[np.float64]:
     rng = np.random.default_rng(seed)
     places = np.array([(x, y) for x in (0.2, 0.55, 0.9, 1.25, 1.55) for y in (0.2, 0.6, 1.0, 1.3)])
     chosen = rng.permutation(places)[:count] + rng.uniform(-0.05, 0.05, (count, 2))
-    return np.concatenate([chosen, 2 * np.pi / DIRECTIONS * rng.integers(0, DIRECTIONS, (count, 1))], axis=1)
+    return np.concatenate([chosen, 2 * np.pi / HEADINGS * rng.integers(0, HEADINGS, (count, 1))], axis=1)
 
 
 @pytest.mark.parametrize("size", [64, 100])
@@ -127,10 +136,10 @@ def test_obstacles_and_the_outside_of_a_concave_arena_away_from_the_origin_are_g
     outline = ((2.0, 1.0), (6.0, 1.0), (6.0, 5.0), (4.0, 5.0), (4.0, 3.0), (2.0, 3.0))
     arena = dataclasses.replace(HERO.arena, outline=outline, obstacles=(Obstacle(((4.5, 1.5), (5.5, 1.5), (5.5, 2.5), (4.5, 2.5))),))
     picture = one_frame(np.full((8, 3), np.nan), HERO.replace(arena=arena))
-    assert (picture[:31, :31] == FIXED).all()
+    assert (picture[:31, :31] == OBSTACLE_GREY).all()
     assert (picture[33:, :39] == 0).all()
-    assert picture[48, 48] == FIXED
-    assert picture.mean() == pytest.approx(FIXED * (0.25 + 1 / 16), rel=0.03)
+    assert picture[48, 48] == OBSTACLE_GREY
+    assert picture.mean() == pytest.approx(OBSTACLE_GREY * (0.25 + 1 / 16), rel=0.03)
 
 
 def test_pushable_objects_are_drawn_where_they_are() -> None:
@@ -142,7 +151,7 @@ def test_pushable_objects_are_drawn_where_they_are() -> None:
     )
     picture = videos(source, frames=1)[0, 0].astype(float)
     pixel = WIDTH * HEIGHT / 64**2
-    assert picture.sum() * pixel / PUSHED == pytest.approx(0.08 + math.pi * 0.01, rel=0.04)
+    assert picture.sum() * pixel / OBJECT_GREY == pytest.approx(0.08 + math.pi * 0.01, rel=0.04)
     rows, columns = np.nonzero(picture[:, :32])
     assert np.ptp(rows) * HEIGHT > np.ptp(columns) * WIDTH  # the box stands upright
 
