@@ -8,18 +8,20 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from swarm_envs.simulation.effect_rows import effect_rows
+from swarm_envs.simulation.segments import polygon_edges
 from swarm_envs.worlds import Effects, WorldSpec
 from swarm_envs.worlds.effects import ActsOn
 from swarm_envs.worlds.spec import Polygon, RobotModel
 
 FloatArray = npt.NDArray[np.float64]
+T = TypeVar("T")
 FeatureFlag = bool | None
 """True has compiled code do what it stands for; with None it is compiled without, which takes half as long."""
 
@@ -90,14 +92,11 @@ class WorldArrays(NamedTuple):
 
 def compile_world(world: WorldSpec) -> WorldArrays:
     """Turn a spec into arrays."""
-    robots = np.array([_robot_row(robot, world.tick) for robot in world.robots])
-    # a reading is late by whole ticks, by none where its delay is a smaller part of one
-    effects = [
-        dataclasses.replace(robot.effects, sensor_delay=world.tick * row[SENSOR_DELAY_TICKS])
-        for robot, row in zip(world.robots, robots, strict=True)
-    ]
+    robots = np.array(_of_each_robot(world, _robot_row))
+    effects = _of_each_robot(world, _effects_in_ticks)
+    models = {id(each): each for each in effects}.values()
     slots = world.num_sensors
-    sensors = np.array([_sensor_rows(robot, slots, world.tick) for robot in world.robots]).reshape(len(robots), slots, 10)
+    sensors = np.array(_of_each_robot(world, lambda robot, tick: _sensor_rows(robot, slots, tick))).reshape(len(robots), slots, 10)
     contact = np.array(dataclasses.astuple(world.contact))
     walls = [_segments(world.arena.outline, free_inside=True)]
     walls += [_segments(obstacle.outline, free_inside=False) for obstacle in world.arena.obstacles]
@@ -111,15 +110,27 @@ def compile_world(world: WorldSpec) -> WorldArrays:
         walls=_directed(np.concatenate(walls)),
         opaque=np.ascontiguousarray(np.concatenate(opaque)),
         objects=_object_rows(world),
-        ideal_drive=all(each.neutral(ActsOn.DRIVE, ActsOn.SPREAD) for each in effects) and not np.any(robots[:, STALL_HALF_ANGLE]),
-        ideal_sensing=all(each.neutral(ActsOn.READING) for each in effects)
+        ideal_drive=all(each.neutral(ActsOn.DRIVE, ActsOn.SPREAD) for each in models) and not np.any(robots[:, STALL_HALF_ANGLE]),
+        ideal_sensing=all(each.neutral(ActsOn.READING) for each in models)
         and bool(np.all(sensors[:, :, PERIOD_TICKS] == 1))
         and not np.any(sensors[:, :, [OCCLUSION, SEES_OBJECTS]]),
         reach=_reach(world),
-        history=2 + math.ceil(max(each.dead_time for each in effects) / world.tick),
+        history=2 + math.ceil(max(each.dead_time for each in models) / world.tick),
         readings=1 + int(robots[:, SENSOR_DELAY_TICKS].max()),
         broadcast_range=0.0 if world.broadcast is None else world.broadcast.range,
     )
+
+
+def _of_each_robot(world: WorldSpec, of: Callable[[RobotModel, float], T]) -> list[T]:
+    """Return what a function of a robot and the tick gives for each robot; it is called once for each model, of which there are few."""
+    models = {id(robot): robot for robot in world.robots}
+    made = {key: of(robot, world.tick) for key, robot in models.items()}
+    return [made[id(robot)] for robot in world.robots]
+
+
+def _effects_in_ticks(robot: RobotModel, tick: float) -> Effects:
+    """A robot's effects; a reading is late by whole ticks, by none where its delay is a smaller part of one."""
+    return dataclasses.replace(robot.effects, sensor_delay=tick * round(robot.effects.sensor_delay / tick))
 
 
 def _robot_row(robot: RobotModel, tick: float) -> FloatArray:
@@ -159,13 +170,9 @@ def _object_rows(world: WorldSpec) -> FloatArray:
 
 def _segments(outline: Polygon, *, free_inside: bool) -> FloatArray:
     """Edges of a polygon, oriented so that the free side lies to the left."""
-    points = np.array(outline, dtype=np.float64)
-    following = np.roll(points, -1, axis=0)
-    area = float(np.sum(points[:, 0] * following[:, 1] - points[:, 1] * following[:, 0]))
-    if (area > 0) != free_inside:
-        points = points[::-1]
-        following = np.roll(points, -1, axis=0)
-    return np.concatenate([points, following], axis=1)
+    edges = polygon_edges(outline)
+    area = float(np.sum(edges[:, 0] * edges[:, 3] - edges[:, 1] * edges[:, 2]))
+    return edges if (area > 0) == free_inside else polygon_edges(outline[::-1])
 
 
 def _directed(segments: FloatArray) -> FloatArray:

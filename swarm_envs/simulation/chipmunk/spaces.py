@@ -61,6 +61,7 @@ class Spaces:
 
     def __init__(self, world: WorldSpec, num_worlds: int) -> None:
         self.world = world
+        self._walls = compile_world(world).walls
         bodies = world.num_robots + len(world.objects)
         self._keep: list[list[Any]] = [[] for _ in range(num_worlds)]
         self._stale = set(range(num_worlds))
@@ -90,7 +91,7 @@ class Spaces:
         self.arrays.predicted[w] = 0.0
         space = pymunk.Space()
         space.iterations, space.collision_slop = ITERATIONS, SLOP
-        _add_walls(space, self.world)
+        _add_walls(space, self.world, self._walls)
         bodies = [self._robot(space, i, state.poses[w, i]) for i in range(self.world.num_robots)]
         bodies += [self._object(space, b, state.objects[w, b]) for b in range(len(self.world.objects))]
         batches = [
@@ -153,10 +154,10 @@ def _shares(with_robot: float, with_wall: float) -> tuple[float, float]:
     return robot, with_wall / robot
 
 
-def _add_walls(space: pymunk.Space, world: WorldSpec) -> None:
+def _add_walls(space: pymunk.Space, world: WorldSpec, walls: FloatArray) -> None:
     """Add walls and obstacles as segments without thickness; a robot that covers less than its radius in a substep cannot pass one."""
     contact = world.contact
-    for x, y, ux, uy, length in compile_world(world).walls.tolist():
+    for x, y, ux, uy, length in walls.tolist():
         segment = pymunk.Segment(space.static_body, (x, y), (x + ux * length, y + uy * length), 0.0)
         segment.friction = _shares(contact.robot_friction, contact.wall_friction)[1]
         segment.elasticity = _shares(contact.robot_restitution, contact.wall_restitution)[1]
