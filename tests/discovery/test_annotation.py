@@ -53,17 +53,17 @@ def page(browser: Any, *words: str) -> Iterator[subprocess.Popen[str]]:
     """Serve and open it."""
     environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
     command = [sys.executable, "-m", "discovery.annotation", *words, "--port", "0", "--name", "Ada"]
-    serving = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
-    assert serving.stdout is not None
-    try:
-        said = serving.stdout.readline()
-        found = re.match(r"(http://127\.0\.0\.1:\d+)", said)
-        assert found, f"said {said!r} instead of an address"
-        browser.get(found[1])
-        yield serving
-    finally:
-        serving.send_signal(signal.SIGINT)
-        serving.wait(60)
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment) as serving:
+        assert serving.stdout is not None
+        try:
+            said = serving.stdout.readline()
+            found = re.match(r"(http://127\.0\.0\.1:\d+)", said)
+            assert found, f"said {said!r} instead of an address"
+            browser.get(found[1])
+            yield serving
+        finally:
+            serving.send_signal(signal.SIGINT)
+            serving.wait(60)
 
 
 def wait_for(browser: Any, text: str) -> None:

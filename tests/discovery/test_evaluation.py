@@ -134,7 +134,7 @@ def test_the_command_compares_representations_over_their_runs(runs: list[str], t
     assert entries["random ResNet18"]["triplet_accuracy"][1] is None
     assert 0.5 < entries["hand-crafted"]["triplet_accuracy"][0] < 1.0
     assert "hand-crafted: triplets" in said
-    rows = list(csv.DictReader((tmp_path / "representations.csv").open()))
+    rows = list(csv.DictReader((tmp_path / "representations.csv").read_text().splitlines()))
     assert len(rows) == 2 * len(found["classes"]) ** 2
     for ending in ("png", "svg"):
         assert (tmp_path / f"representations.{ending}").stat().st_size > 5000
@@ -153,7 +153,7 @@ def test_the_command_counts_behaviours_among_medoids_and_by_simpler_ways(runs: l
     medoids = found["medoids"]["hand-crafted"]
     assert found["ways"]["hand-crafted"]["unique_each_run"] == [len(set(counts) - {"random"}) for counts in medoids]
     assert "hand-crafted" in found["fewer_runs_than_wanted"], "two are given, five are wanted"
-    rows = list(csv.DictReader((tmp_path / "behaviours.csv").open()))
+    rows = list(csv.DictReader((tmp_path / "behaviours.csv").read_text().splitlines()))
     assert {row["labels given by"] for row in rows} == {"rules"}
     assert next(row for row in rows if row["way"] == "random ResNet18")["paper's mean"] == "nan"
 

@@ -42,9 +42,9 @@ class Prepared:
 
     def close(self) -> None:
         assert self._process.stdin
-        self._process.stdin.close()
-        self._process.wait(timeout=SECONDS)
-        self._log.close()
+        with self._log, self._process:
+            self._process.stdin.close()
+            self._process.wait(timeout=SECONDS)
 
     def run(self, path: Path, kill_in: str = "", after: float = 0.0) -> tuple[int, dict[str, float]]:
         """Begin or resume a run, and kill it when it has computed for ``after`` s in stage ``kill_in``.
