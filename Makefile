@@ -14,14 +14,14 @@ STUDIES := discovery_of_behaviours calibration calibration_of_real_robots wall_f
 help:
 	@echo "make discover   from nothing to a report of ten discovered behaviours (ARGS=\"experiment=paper seed=3\")"
 	@echo "make test       ruff, mypy and the tests"
-	@echo "make guide-packages  what the guide to BenchMARL and RLlib is tested with; make test does it too"
+	@echo "make guide-packages  packages that the guide to BenchMARL and RLlib is tested with; make test installs them, too"
 	@echo "make bench      speed of simulation and discovery, with tables"
 	@echo "make study-discovery_of_behaviours     the paper's figures and tables, and what is better; hours, resumable (ARGS=\"--size paper\")"
 	@echo "make study-calibration                 how often hidden effects are found; hours, resumable"
 	@echo "make study-calibration_of_real_robots  what the simulation gets wrong about three real robots (ARGS=folder-with-their-logs)"
 	@echo "make study-wall_following_and_milling  how often walls are followed and swarms mill, by world; minutes"
 	@echo "make study-task_rewards                what each task pays its own behaviour, and random controllers; a minute"
-	@echo "make firmware   size of the robot's code on its processors; firmware-test and firmware-fuzz try it there"
+	@echo "make firmware   size of the robot's code on its processors; firmware-test and firmware-fuzz test it there"
 	@echo "make hardware   parts and assembly of the robot as STEP and STL, checked and drawn"
 	@echo "make docs       the site, into docs/_build/html (needs node and npm)"
 	@echo "make format     format the sources"
@@ -87,12 +87,12 @@ $(VENV)/bin/python:
 	  echo "'$(PYTHON) -m venv' failed; on Debian and Ubuntu: apt-get install python3-venv" >&2; exit 1; }
 
 $(VENV)/installed-discovery: pyproject.toml | $(VENV)/bin/python
-	@echo "setting up $(VENV) (once; about 3 GB, a few minutes)"
+	@echo "setting up $(VENV) (once; about 7 GB on disk, a few minutes)"
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[discovery]"
 	@touch $@
 
 $(VENV)/installed-dev: pyproject.toml | $(VENV)/bin/python
-	@echo "setting up $(VENV) with what the tests need (once; about 3 GB, a few minutes)"
+	@echo "setting up $(VENV) with what the tests need (once; about 8 GB on disk, a few minutes)"
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[discovery,fleet,hardware,video,window,trainers,calibration,docs,dev]"
 	@touch $@ $(VENV)/installed-discovery $(VENV)/installed-hardware
 
@@ -103,6 +103,6 @@ $(GUIDES): $(VENV)/guides/%/installed: tests/docs/packages/%.txt | $(VENV)/insta
 	@touch $@
 
 $(VENV)/installed-hardware: pyproject.toml | $(VENV)/bin/python
-	@echo "setting up $(VENV) with the CAD kernel (once; about 1 GB)"
+	@echo "setting up $(VENV) with the CAD kernel (once; about 2 GB)"
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[hardware]"
 	@touch $@
