@@ -13,7 +13,7 @@ from swarm_envs.calibration import read_log
 
 RIGHT = Outcome("a", "singles", {"turn_bias": {"bias": 0.5}}, named={"turn_bias": {"bias": (0.49, 0.45, 0.53)}})
 OFF = Outcome("b", "singles", {"turn_bias": {"bias": 0.5}}, named={"turn_bias": {"bias": (0.4, 0.35, 0.45)}, "motor_lag": {}})
-TWIN = Outcome(
+CONFOUNDED = Outcome(
     "c",
     "singles",
     {"clock_offset": {"offset": 0.2}},
@@ -30,10 +30,10 @@ def test_a_truth_is_covered_only_inside_every_interval():
     assert not covered(OFF, "turn_bias")
 
 
-def test_an_inseparable_twin_counts_as_found_when_the_calibration_says_so():
-    assert found(TWIN, "clock_offset")
-    assert covered(TWIN, "clock_offset")
-    silent = Outcome("e", "singles", TWIN.hidden, named=TWIN.named)
+def test_a_confounded_effect_counts_as_found_when_the_calibration_says_so():
+    assert found(CONFOUNDED, "clock_offset")
+    assert covered(CONFOUNDED, "clock_offset")
+    silent = Outcome("e", "singles", CONFOUNDED.hidden, named=CONFOUNDED.named)
     assert not found(silent, "clock_offset")
 
 
@@ -60,7 +60,7 @@ def test_runs_are_counted_on_and_beside_a_patch(tmp_path):
 
 
 def test_the_report_counts_each_kind():
-    text = report([RIGHT, OFF, TWIN, MISSED])
+    text = report([RIGHT, OFF, CONFOUNDED, MISSED])
     assert "| one effect, named | 3 of 3 |" in text
     assert "| one effect, named and nothing else | 2 of 3 |" in text
     assert "| one effect, truth in the interval | 2 of 3 |" in text
@@ -74,7 +74,7 @@ def test_the_report_counts_each_kind():
 
 
 def test_the_table_has_a_row_for_each_parameter_hidden_or_named():
-    rows = [row.split(",")[:4] for row in table([RIGHT, TWIN, MISSED]).splitlines()[1:]]
+    rows = [row.split(",")[:4] for row in table([RIGHT, CONFOUNDED, MISSED]).splitlines()[1:]]
     assert [(row[0], row[3]) for row in rows] == [("a", "turn_bias"), ("c", "clock_offset"), ("c", "dead_time"), ("d", "")]
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from docs.studies.calibration_of_real_robots.study import Step, onset, plain, response, steps, turns
+from docs.studies.calibration_of_real_robots.step_responses import Step, onset, response, steps, turns
+from docs.studies.calibration_of_real_robots.tables import plain
 from swarm_envs import load_world
 from swarm_envs.calibration import Log, Track
 from swarm_envs.calibration.drive.motion import free_run

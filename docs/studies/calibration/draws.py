@@ -55,7 +55,7 @@ class Outcome:
         groups: Effects that the calibration calls indistinguishable.
         unexplained: What a remainder depends on, if there is one.
         channel: Which channel it is in.
-        cut: Share of the held-out error of the listed effects that the correction takes away at each horizon, of the heading where
+        cut: Share of the held-out error of the listed effects that the correction removes at each horizon, of the heading where
             the turn rate is wrong, else of the place.
         cut_world: The same of the world's error, which has no effects.
         sides: Numbers of runs that drive where an effect of place does not act, and where it does.

@@ -1,7 +1,7 @@
 """How many runs of a log drive where an effect of place acts, and how many where it does not.
 
-Who has seen but one run beside a patch cannot predict that run from the others: whatever is fitted to those, the floor is the same all
-over. So the share of an error that a correction can take away on held-out runs depends on these numbers, not on the method alone.
+With a single run beside a patch, that run cannot be predicted from the others: whatever is fitted to those, the floor is the same
+everywhere. So the share of an error that a correction can remove on held-out runs depends on these numbers, not on the method alone.
 """
 
 from __future__ import annotations

@@ -12,15 +12,15 @@ from docs.studies.calibration.generator import EFFECTS
 from docs.studies.intervals import wilson
 
 SAME_NUMBER = {("clock_offset", "dead_time"): ("offset", "delay"), ("dead_time", "clock_offset"): ("delay", "offset")}
-"""Twins whose parameters are one number: poses stamped late look as commands that act late."""
+"""Confounded effects whose parameters are one number: poses stamped late look like commands that act late."""
 NOTHING = "nothing"
 SEEN = 3
 """Runs that have to drive on either side of an edge: without one of them, others still show where it is."""
 HALF = 0.5
-"""Share of the held-out error that a correction for an unlisted effect must take away."""
+"""Share of the held-out error that a correction for an unlisted effect must remove."""
 
 
-def twin(outcome: Outcome, effect: str) -> str | None:
+def confounded_with(outcome: Outcome, effect: str) -> str | None:
     """The named effect that the calibration calls indistinguishable from a hidden one that it did not name."""
     for group in outcome.groups:
         if effect in group and effect not in outcome.named:
@@ -32,14 +32,14 @@ def twin(outcome: Outcome, effect: str) -> str | None:
 
 def found(outcome: Outcome, effect: str) -> bool:
     """Whether a hidden effect was named, or said to be indistinguishable from one that was."""
-    return effect in outcome.named or twin(outcome, effect) is not None
+    return effect in outcome.named or confounded_with(outcome, effect) is not None
 
 
 def intervals(outcome: Outcome, effect: str) -> dict[str, tuple[float, float, float]]:
-    """(estimate, low, high) of a found effect's parameters, those of an equal twin in its place."""
+    """(estimate, low, high) of a found effect's parameters, or those of the confounded effect that was named instead."""
     if effect in outcome.named:
         return outcome.named[effect]
-    other = twin(outcome, effect)
+    other = confounded_with(outcome, effect)
     if other is not None and (effect, other) in SAME_NUMBER:
         mine, its = SAME_NUMBER[effect, other]
         return {mine: outcome.named[other][its]}
@@ -58,12 +58,12 @@ def explained(outcome: Outcome) -> bool:
 
 
 def halved(outcome: Outcome) -> bool:
-    """Whether the correction takes away half of the held-out error at every horizon, of what listed effects leave at best."""
+    """Whether the correction removes half of the held-out error at every horizon, of what listed effects leave at best."""
     return min(outcome.cut, default=0.0) >= HALF
 
 
 def world_halved(outcome: Outcome) -> bool:
-    """Whether the correction takes away half of the held-out error at every horizon, of the world without any effect."""
+    """Whether the correction removes half of the held-out error at every horizon, of the world without any effect."""
     return min(outcome.cut_world, default=0.0) >= HALF
 
 
