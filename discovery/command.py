@@ -41,12 +41,12 @@ OPTIONS = {
 
 def main() -> int:
     """Run the command line and return its exit status: 0 done, 1 something is wrong, 2 wrong usage, 130 and 143 stopped."""
-    status, opened = 1, Opened()
+    status, context = 1, RunContext()
     try:
         with _stoppable():
             sys.argv[1:] = with_todays_names(sys.argv[1:])
             _refuse_unknown_options(sys.argv[1:])
-            _hydra_main(opened)
+            _hydra_main(context)
         return 0
     except DiscoveryError as error:
         reason = str(error)
@@ -61,7 +61,7 @@ def main() -> int:
         reason = f"{error.filename or 'disk'}: {'the disk is full, free space' if full else error.strerror or error}"
     except MemoryError:
         reason = "out of memory; take fewer videos (dataset.videos) or a smaller batch (representation.batch)"
-    hint = f"; finish this run with: python -m discovery resume={opened.folder.path}" if opened.folder else ""
+    hint = f"; finish this run with: python -m discovery resume={context.folder.path}" if context.folder else ""
     print(f"discovery: {reason}{hint}", file=sys.stderr, flush=True)
     return status
 
@@ -74,20 +74,20 @@ class Stopped(BaseException):
         self.signal = number
 
 
-class Opened:
+class RunContext:
     """What the last line needs to know: which folder can be resumed, and what went wrong."""
 
     folder: RunFolder | None = None
     failure: Exception | None = None
 
 
-def run(settings: Settings, given: bool, opened: Opened) -> Path:
+def run(settings: Settings, given: bool, context: RunContext) -> Path:
     """Do one run.
 
     Args:
         settings: As composed.
         given: Whether the command names settings beside ``resume``; then they must be those that the run began with.
-        opened: Told the run folder.
+        context: Told the run folder.
 
     Returns:
         The report's path.
@@ -101,33 +101,33 @@ def run(settings: Settings, given: bool, opened: Opened) -> Path:
         folder = make_folder(settings)
     with folder:
         refuse_finished(folder)
-        opened.folder = folder
+        context.folder = folder
         announce_engine(folder.settings.world, folder.settings.engine)
         from discovery.pipeline import discover  # torch takes seconds to import: mistakes are told before
 
         report = discover(folder)
-    opened.folder = None
+    context.folder = None
     return report
 
 
-def _hydra_main(opened: Opened) -> None:
+def _hydra_main(context: RunContext) -> None:
     if not (CONFIGS / "config.yaml").is_file():
         raise DiscoveryError(f"{CONFIGS}: no config.yaml there; the installation is incomplete, install swarm-envs again")
     os.environ["HYDRA_FULL_ERROR"] = "1"  # hydra then raises its errors instead of printing them at length
 
     @hydra.main(config_path=str(CONFIGS), config_name="config", version_base="1.3")
     def job(config: DictConfig) -> None:
-        if opened.failure is not None:
+        if context.failure is not None:
             return  # the rest of a sweep
         overrides = [text for text in HydraConfig.get().overrides.task if not text.startswith(("resume=", "runs=", "folder="))]
         try:
-            print(run(read_settings(config), bool(overrides), opened), flush=True)
+            print(run(read_settings(config), bool(overrides), context), flush=True)
         except Exception as error:  # raised again below: hydra would add lines of its own
-            opened.failure = error
+            context.failure = error
 
     job()
-    if opened.failure is not None:
-        raise opened.failure
+    if context.failure is not None:
+        raise context.failure
 
 
 def with_todays_names(words: Sequence[str]) -> list[str]:

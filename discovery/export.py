@@ -36,7 +36,7 @@ def export(out: Path, simulator: Simulator, archive: Archive, clusters: Clusters
         run: Name of the run, for people.
 
     Returns:
-        The files' paths, two a medoid.
+        The files' paths, two per medoid.
 
     Raises:
         DiscoveryError: When a file cannot be written.

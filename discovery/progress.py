@@ -1,4 +1,4 @@
-"""Calm output: one line a stage, and a bar with the remaining time on what takes longer than a second."""
+"""Calm output: one line per stage, and a bar with the remaining time on what takes longer than a second."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def bar(total: int, what: str, unit: str, done: int = 0) -> tqdm[Any]:
     )  # fmt: skip
 
 
-class Stage:
+class StageLine:
     """One line of output in the making."""
 
     def __init__(self) -> None:
@@ -30,9 +30,9 @@ class Stage:
 
 
 @contextlib.contextmanager
-def stage(name: str, seconds: dict[str, float]) -> Iterator[Stage]:
+def stage(name: str, seconds: dict[str, float]) -> Iterator[StageLine]:
     """Time a stage; print what was done and how long it took, and add its time to ``seconds``."""
-    line, start = Stage(), time.perf_counter()
+    line, start = StageLine(), time.perf_counter()
     yield line
     took = time.perf_counter() - start
     seconds[name] = round(seconds.get(name, 0.0) + took, 2)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -89,6 +90,15 @@ class Run:
         if saved is None:
             raise DiscoveryError(f"{self.path / COVARIANCE}: there is none, though the run clustered after WCCN")
         return saved.tensors["covariance"]
+
+    @property
+    def chance_turn(self) -> npt.NDArray[np.float64] | None:
+        """Matrix (d, d) of :meth:`discovery.representations.affine.AffineTransform.within_class`; the name is an earlier version's."""
+        from discovery.representations.affine import AffineTransform
+
+        warnings.warn("Run.chance_turn will go: take Run.within_class_covariance", DeprecationWarning, stacklevel=2)
+        covariance = self.within_class_covariance
+        return None if covariance is None else AffineTransform.within_class(np.zeros(len(covariance)), covariance).matrix
 
     @cached_property
     def representation(self) -> Representation:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from discovery.randomness import whole_seed
 from discovery.rollouts.filming import fingerprint
 from discovery.rollouts.simulator import Simulator
-from discovery.rollouts.test_set import HeldOut
+from discovery.rollouts.test_set import LabelledTestSet
 from discovery.runs.run_folder import RunFolder
 from swarm_envs.simulation import Trajectories
 
@@ -58,10 +58,10 @@ def dataset_clips(folder: RunFolder, simulator: Simulator) -> DatasetClips:
 
 
 @dataclass(frozen=True)
-class HeldOutClips:
+class LabelledClips:
     """The rollouts of a test set."""
 
-    test: HeldOut
+    test: LabelledTestSet
 
     @property
     def fingerprint(self) -> str:

@@ -56,9 +56,9 @@ async def _serve(arguments: argparse.Namespace) -> None:
     except ImportError as error:
         raise DiscoveryError(f"{error}; install swarm-envs[fleet], which has the web server") from None
     from discovery.annotation.answers import open_answers
-    from discovery.annotation.clips import Clips, HeldOutClips, dataset_clips
+    from discovery.annotation.clips import Clips, LabelledClips, dataset_clips
     from discovery.rollouts.simulator import Simulator
-    from discovery.rollouts.test_set import draw_held_out
+    from discovery.rollouts.test_set import draw_test_set
     from discovery.runs.run_folder import open_folder
     from swarm_envs.worlds import load_world
 
@@ -66,7 +66,7 @@ async def _serve(arguments: argparse.Namespace) -> None:
     simulator = Simulator(load_world(settings.world), settings.engine, settings.steps, 1)
     clips: Clips
     if arguments.kind == "labels":
-        clips = HeldOutClips(draw_held_out(simulator, arguments.per_class, arguments.most_draws, arguments.seed))
+        clips = LabelledClips(draw_test_set(simulator, arguments.per_class, arguments.most_draws, arguments.seed))
     else:
         clips = dataset_clips(open_folder(arguments.run), simulator)
     answers = open_answers(arguments.out, arguments.kind, clips.fingerprint, arguments.name)

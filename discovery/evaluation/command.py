@@ -15,7 +15,7 @@ from swarm_envs.worlds import WorldError
 
 if TYPE_CHECKING:
     from discovery.rollouts.simulator import Simulator
-    from discovery.rollouts.test_set import HeldOut
+    from discovery.rollouts.test_set import LabelledTestSet
     from discovery.saved_run import Run
 
 
@@ -42,7 +42,7 @@ def parser() -> argparse.ArgumentParser:
     maps = kinds.add_parser("tsne", parents=[shared, tested], help="t-SNE of the test set (Figure 4), as figures and a page; one world")
     maps.add_argument("--iterations", type=int, default=1000, help="of t-SNE, at least 250 (default: %(default)s)")
     found = kinds.add_parser("behaviours", parents=[shared], help="which behaviours the medoids are (Table 1), and what simpler ways find")
-    found.add_argument("--no-random-search", action="store_true", help="leave out random sampling, which simulates anew")
+    found.add_argument("--no-random-search", action="store_true", help="leave out random sampling, which simulates again")
     moved = kinds.add_parser("transfer", parents=[shared], help="which behaviours found in one world survive in another (Table 2)")
     moved.add_argument("--to", default="hero_plus", help="the world that stands for the robots (default: %(default)s)")
     moved.add_argument("--starts", type=int, default=20, help="attempts of each medoid (default: %(default)s)")
@@ -74,12 +74,12 @@ def _evaluate(arguments: argparse.Namespace) -> None:
 
 def _representations(arguments: argparse.Namespace) -> None:
     groups, simulator = _open(arguments)
-    from discovery.evaluation.representations import judge_representations, write_representations
+    from discovery.evaluation.representations import score_representations, write_representations
 
     test = _test_set(arguments, simulator)
-    judged = judge_representations(groups, test)
-    write_representations(arguments.out, judged, test)
-    for entry in judged:
+    scores = score_representations(groups, test)
+    write_representations(arguments.out, scores, test)
+    for entry in scores:
         numbers = f"triplets {entry.accuracy[0]:.3f}, k-NN {entry.knn[0]:.3f}, linear {entry.linear[0]:.3f}"
         print(f"{entry.name}: {numbers}, {entry.runs} runs")
 
@@ -146,9 +146,9 @@ def _open(arguments: argparse.Namespace) -> tuple[dict[str, list[Run]], Simulato
     return groups, Simulator(load_world(settings.world), settings.engine, settings.steps, arguments.threads)
 
 
-def _test_set(arguments: argparse.Namespace, simulator: Simulator) -> HeldOut:
+def _test_set(arguments: argparse.Namespace, simulator: Simulator) -> LabelledTestSet:
     from discovery.annotation.answers import read_labels
-    from discovery.rollouts.test_set import draw_held_out
+    from discovery.rollouts.test_set import draw_test_set
 
-    test = draw_held_out(simulator, arguments.per_class, arguments.most_draws, arguments.seed)
+    test = draw_test_set(simulator, arguments.per_class, arguments.most_draws, arguments.seed)
     return test if arguments.labels is None else test.relabelled(*read_labels(arguments.labels, test.fingerprint))

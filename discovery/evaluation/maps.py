@@ -20,7 +20,7 @@ from discovery.report.animation import describe_scene, pack_rollout, to_base64
 from discovery.report.archive_map import lay_out
 from discovery.representations.interface import embed_parts
 from discovery.rollouts.labels import BEHAVIOURS
-from discovery.rollouts.test_set import HeldOut
+from discovery.rollouts.test_set import LabelledTestSet
 from discovery.saved_run import Run
 from swarm_envs.simulation import Trajectories
 
@@ -39,7 +39,7 @@ class Map:
     """(N, 2), each axis from 0 to 1."""
 
 
-def lay_out_maps(groups: dict[str, list[Run]], test: HeldOut, iterations: int, seed: int) -> list[Map]:
+def lay_out_maps(groups: dict[str, list[Run]], test: LabelledTestSet, iterations: int, seed: int) -> list[Map]:
     """Lay out the test set by the representation of each group's first run, the one with the smallest seed."""
     maps = []
     for name, runs in groups.items():
@@ -48,7 +48,7 @@ def lay_out_maps(groups: dict[str, list[Run]], test: HeldOut, iterations: int, s
     return maps
 
 
-def write_maps(folder: Path, maps: list[Map], test: HeldOut) -> None:
+def write_maps(folder: Path, maps: list[Map], test: LabelledTestSet) -> None:
     """Write ``tsne.html``, ``tsne.csv``, ``tsne.json``, ``tsne.png`` and ``tsne.svg``."""
     rows = [
         [entry.name, entry.seed, row, name, *place]
@@ -68,7 +68,7 @@ def write_maps(folder: Path, maps: list[Map], test: HeldOut) -> None:
     write_atomically(folder / "tsne.html", page(maps, test))
 
 
-def draw(maps: list[Map], test: HeldOut) -> Any:
+def draw(maps: list[Map], test: LabelledTestSet) -> Any:
     """Return a figure with a map for each representation."""
     from matplotlib.figure import Figure
 
@@ -94,7 +94,7 @@ def draw(maps: list[Map], test: HeldOut) -> Any:
     return figure
 
 
-def page(maps: list[Map], test: HeldOut) -> str:
+def page(maps: list[Map], test: LabelledTestSet) -> str:
     """Return one self-contained page: pointing at a rollout plays its end, on every map at once."""
     environment = Environment(
         loader=FileSystemLoader([Path(__file__).parent, Path(__file__).parents[1] / "report"]),
@@ -121,7 +121,7 @@ def page(maps: list[Map], test: HeldOut) -> str:
     )
 
 
-def _in_order(test: HeldOut) -> list[str]:
+def _in_order(test: LabelledTestSet) -> list[str]:
     """Return the behaviours that occur, in the order of tables and legends."""
     return sorted(test.classes, key=lambda name: (BEHAVIOURS.index(name) if name in BEHAVIOURS else len(BEHAVIOURS), name))
 

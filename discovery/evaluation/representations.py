@@ -15,12 +15,12 @@ from discovery.evaluation.probes import probe
 from discovery.evaluation.tables import write_csv, write_figure, write_json
 from discovery.evaluation.triplets import confusion
 from discovery.representations.interface import embed_parts
-from discovery.rollouts.test_set import HeldOut
+from discovery.rollouts.test_set import LabelledTestSet
 from discovery.saved_run import Run
 
 
 @dataclass(frozen=True)
-class Judged:
+class RepresentationScores:
     """One representation on the test set; mean and standard error over its runs."""
 
     name: str
@@ -34,9 +34,9 @@ class Judged:
     linear: tuple[float, float]
 
 
-def judge_representations(groups: dict[str, list[Run]], test: HeldOut) -> list[Judged]:
+def score_representations(groups: dict[str, list[Run]], test: LabelledTestSet) -> list[RepresentationScores]:
     """Judge each group of runs on the test set, the most accurate first."""
-    classes, judged = test.classes, []
+    classes, scores = test.classes, []
     for name, runs in groups.items():
         matrices, probes = [], []
         for run in runs:
@@ -46,16 +46,16 @@ def judge_representations(groups: dict[str, list[Run]], test: HeldOut) -> list[J
         mean, error = mean_and_error(matrices)
         numbers = {key: mean_and_error([found[key] for found in probes]) for key in ("knn", "linear")}
         accuracy = mean_and_error([np.diag(matrix).mean() for matrix in matrices])
-        judged.append(Judged(name, len(runs), mean, error, _pair(accuracy), _pair(numbers["knn"]), _pair(numbers["linear"])))
-    return sorted(judged, key=lambda entry: -entry.accuracy[0])
+        scores.append(RepresentationScores(name, len(runs), mean, error, _pair(accuracy), _pair(numbers["knn"]), _pair(numbers["linear"])))
+    return sorted(scores, key=lambda entry: -entry.accuracy[0])
 
 
-def write_representations(folder: Path, judged: list[Judged], test: HeldOut) -> None:
+def write_representations(folder: Path, scores: list[RepresentationScores], test: LabelledTestSet) -> None:
     """Write ``representations.csv``, ``.json``, ``.png`` and ``.svg``."""
     classes = test.classes
     head = ["representation", "runs", "anchor", "what", "share", "standard error"]
     rows = []
-    for entry in judged:
+    for entry in scores:
         for (i, j), share in np.ndenumerate(entry.confusion):
             what = "right" if i == j else f"{classes[j]} is nearer"
             rows.append([entry.name, entry.runs, classes[i], what, share, entry.confusion_error[i, j]])
@@ -66,7 +66,7 @@ def write_representations(folder: Path, judged: list[Judged], test: HeldOut) -> 
             "labels_given_by": test.given_by,
             "test_set": dict(Counter(test.labels.tolist())),
             "classes": classes,
-            "gain_over_hand_crafted": gains(judged, classes),
+            "gain_over_hand_crafted": gains(scores, classes),
             "paper_gain_of_simclr_over_hand_crafted": published.GAIN,
             "representations": [
                 {
@@ -74,36 +74,36 @@ def write_representations(folder: Path, judged: list[Judged], test: HeldOut) -> 
                     "confusion_standard_error": entry.confusion_error.tolist(), "triplet_accuracy": entry.accuracy, "knn": entry.knn,
                     "linear_probe": entry.linear,
                 }
-                for entry in judged
+                for entry in scores
             ],
         },
     )  # fmt: skip
-    write_figure(draw(judged, classes), folder / "representations", test.given_by)
+    write_figure(draw(scores, classes), folder / "representations", test.given_by)
 
 
-def gains(judged: list[Judged], classes: list[str]) -> dict[str, dict[str, float]]:
+def gains(scores: list[RepresentationScores], classes: list[str]) -> dict[str, dict[str, float]]:
     """Return, by representation and class, the triplet accuracy less that of the raw hand-crafted metrics; empty without them."""
-    base = next((entry for entry in judged if entry.name == published.HAND_CRAFTED), None)
+    base = next((entry for entry in scores if entry.name == published.HAND_CRAFTED), None)
     if base is None:
         return {}
     return {
         entry.name: dict(zip(classes, (np.diag(entry.confusion) - np.diag(base.confusion)).tolist(), strict=True))
-        for entry in judged
+        for entry in scores
         if entry is not base
     }
 
 
-def draw(judged: list[Judged], classes: list[str]) -> Any:
+def draw(scores: list[RepresentationScores], classes: list[str]) -> Any:
     """Return a figure with a matrix for each representation."""
     from matplotlib.figure import Figure
 
-    columns = min(3, len(judged))
-    rows = -(-len(judged) // columns)
+    columns = min(3, len(scores))
+    rows = -(-len(scores) // columns)
     figure = Figure(figsize=(4.2 * columns, 4.6 * rows), layout="constrained")
     axes = np.ravel(figure.subplots(rows, columns, squeeze=False))
-    for axis in axes[len(judged) :]:
+    for axis in axes[len(scores) :]:
         axis.axis("off")
-    for axis, entry in zip(axes, judged, strict=False):
+    for axis, entry in zip(axes, scores, strict=False):
         axis.imshow(entry.confusion, vmin=0, vmax=1, cmap="cividis", aspect="auto")
         axis.set_box_aspect(1)
         for (i, j), value in np.ndenumerate(entry.confusion):

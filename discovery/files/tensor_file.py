@@ -1,4 +1,4 @@
-"""Arrays and facts in one safetensors file, with a checksum: one file is one atomic step, and damage is noticed."""
+"""Arrays and metadata in one safetensors file, with a checksum: one file is one atomic step, and damage is noticed."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from discovery.errors import DiscoveryError
 from discovery.files.atomic import write_atomically
 
 LABEL = "discovery"
-"""Name of the header's entry that says which run, which facts, and what checksum."""
+"""Name of the header's entry that says which run, which metadata, and what checksum."""
 
 
 class DamagedFileError(DiscoveryError):
@@ -30,21 +30,21 @@ class TensorFile:
     """What a file holds."""
 
     tensors: dict[str, npt.NDArray[Any]]
-    facts: dict[str, Any]
+    metadata: dict[str, Any]
     """Numbers, texts and lists: whatever JSON can say."""
 
 
-def write_tensor_file(path: Path, tensors: Mapping[str, npt.NDArray[Any]], facts: Mapping[str, Any], run: str) -> None:
+def write_tensor_file(path: Path, tensors: Mapping[str, npt.NDArray[Any]], metadata: Mapping[str, Any], run: str) -> None:
     """Write atomically.
 
     Args:
         path: The file.
         tensors: Arrays by name.
-        facts: Anything that JSON can say.
+        metadata: Anything that JSON can say.
         run: The run's identity; a file of another run is refused when read.
     """
     arrays = {name: np.ascontiguousarray(array) for name, array in tensors.items()}
-    text = json.dumps(dict(facts))
+    text = json.dumps(dict(metadata))
     # One entry, because safetensors writes several in random order: the same content gives the same bytes.
     label = {"run": run, "sha256": _digest(arrays, text), "facts": text}
     write_atomically(path, save(arrays, {LABEL: json.dumps(label)}))

@@ -36,7 +36,7 @@ class Fitted:
     origin: str
     """What it is or started from, in words for the report."""
     losses: list[float] = field(default_factory=list)
-    """Training loss, one a step; empty when nothing was trained."""
+    """Training loss, one per step; empty when nothing was trained."""
     loss_name: str = "loss"
     """What the loss is, with its unit."""
     done: str = "nothing to train"

@@ -1,6 +1,6 @@
 """Memory kept between the steps of a training.
 
-glibc gives large blocks back to the system when they are freed and gets them anew, page by page, a moment later; every activation of a
+glibc gives large blocks back to the system when they are freed and gets them again, page by page, a moment later; every activation of a
 training step is such a block, and the page faults took a fifth of a step.
 """
 

@@ -35,8 +35,8 @@ def fit_simclr(folder: RunFolder, dataset: Dataset) -> Fitted:
     settings: SimCLRSettings = folder.settings.representation
     found = saved_network(folder)
     if found is not None:
-        network, facts = found[0], found[1].facts
-        origin, losses, done = facts["origin"], facts["losses"], "taken from the run folder"
+        network, metadata = found[0], found[1].metadata
+        origin, losses, done = metadata["origin"], metadata["losses"], "taken from the run folder"
     else:
         origin, start = starting_weights(folder)
         shape = folder.settings.dataset

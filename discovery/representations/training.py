@@ -30,7 +30,7 @@ class Training:
     optimizer: Optimizer
     scheduler: LambdaLR
     losses: list[float]
-    """One a step; its length is the number of steps done."""
+    """One per step; its length is the number of steps done."""
 
     def rate(self, number: int) -> float:
         """Learning rate of step ``number``, from 0, of the first parameters."""
@@ -87,8 +87,8 @@ def save(folder: RunFolder, training: Training) -> None:
         for name, value in training.scheduler.state_dict().items()
         if name in ("last_epoch", "_step_count", "_last_lr", "base_lrs")
     }
-    facts = {"losses": training.losses, "groups": state["param_groups"], "schedule": schedule}
-    folder.write_tensors(f"training/step-{len(training.losses):07d}.safetensors", tensors, facts)
+    metadata = {"losses": training.losses, "groups": state["param_groups"], "schedule": schedule}
+    folder.write_tensors(f"training/step-{len(training.losses):07d}.safetensors", tensors, metadata)
     for old in sorted((folder.path / "training").glob("step-*.safetensors"))[:-2]:
         old.unlink()
 
@@ -117,9 +117,9 @@ def _restore(training: Training, checkpoint: TensorFile) -> None:
     for key, array in part("optimizer.").items():
         index, name = key.split(".", 1)
         state.setdefault(int(index), {})[name] = torch.from_numpy(np.array(array))
-    training.optimizer.load_state_dict({"state": state, "param_groups": checkpoint.facts["groups"]})
-    training.scheduler.load_state_dict({**checkpoint.facts["schedule"], "lr_lambdas": [None] * len(checkpoint.facts["groups"])})
-    training.losses[:] = checkpoint.facts["losses"]
+    training.optimizer.load_state_dict({"state": state, "param_groups": checkpoint.metadata["groups"]})
+    training.scheduler.load_state_dict({**checkpoint.metadata["schedule"], "lr_lambdas": [None] * len(checkpoint.metadata["groups"])})
+    training.losses[:] = checkpoint.metadata["losses"]
 
 
 def describe(losses: list[float]) -> str:

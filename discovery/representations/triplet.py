@@ -28,20 +28,20 @@ def fit_triplet(folder: RunFolder, dataset: Dataset) -> Fitted:
     """Learn that of two videos the one judged more similar to a third is nearer to it, or read the folder's encoder."""
     found = saved_network(folder)
     if found is not None:
-        network, facts = found[0], found[1].facts
-        origin, losses, done = facts["origin"], facts["losses"], "taken from the run folder"
+        network, metadata = found[0], found[1].metadata
+        origin, losses, done = metadata["origin"], metadata["losses"], "taken from the run folder"
     else:
-        judgements = judge(folder, dataset)
+        judgements = gather_judgements(folder, dataset)
         weights, start = starting_weights(folder)
         origin = f"{weights}, and learned from {len(judgements.triples)} answers of {' and '.join(judgements.annotators)}"
-        training = learn(folder, dataset, judgements, start)
+        training = train_triplet(folder, dataset, judgements, start)
         network, losses = training.network, training.losses
         done = f"triplets on {len(judgements.triples)} answers, {len(losses)} steps, {describe(losses)}"
         save_network(folder, network, origin, losses)
     return Fitted(fit_encoder(folder, network, dataset), origin, losses, "triplet margin loss (distance)", done)
 
 
-def judge(folder: RunFolder, dataset: Dataset) -> Judgements:
+def gather_judgements(folder: RunFolder, dataset: Dataset) -> Judgements:
     """Return the answers to learn from: a person's file, or the simulated annotator's."""
     settings: TripletSettings = folder.settings.representation
     if settings.judgements is not None:
@@ -54,7 +54,7 @@ def judge(folder: RunFolder, dataset: Dataset) -> Judgements:
     return found
 
 
-def learn(folder: RunFolder, dataset: Dataset, judgements: Judgements, start: dict[str, torch.Tensor] | None) -> Training:
+def train_triplet(folder: RunFolder, dataset: Dataset, judgements: Judgements, start: dict[str, torch.Tensor] | None) -> Training:
     """Train an encoder on judged triples."""
     settings: TripletSettings = folder.settings.representation
     seed, compute = folder.settings.seed, compute_of(settings)

@@ -14,7 +14,7 @@ def fit_untrained(folder: RunFolder, dataset: Dataset) -> Fitted:
     """Return a ResNet18 that has never seen a swarm."""
     found = saved_network(folder)
     if found is not None:
-        network, origin = found[0], found[1].facts["origin"]
+        network, origin = found[0], found[1].metadata["origin"]
     else:
         origin, start = starting_weights(folder)
         network = make_network(folder.settings.dataset.frames, whole_seed(folder.settings.seed, "network"), start)

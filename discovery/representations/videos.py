@@ -63,8 +63,8 @@ def fit_encoder(folder: RunFolder, network: torch.nn.Module, dataset: Dataset) -
             concatenated = fit_concatenated_metrics(
                 encoder(dataset.videos, progress=True), dataset.metrics, settings.metrics, settings.metrics_square_root
             )
-            facts = {"weight": settings.metrics, "roots": concatenated.square_root}
-            folder.write_tensors(CONCATENATION, {"scales": np.array([concatenated.embedding, concatenated.metrics])}, facts)
+            metadata = {"weight": settings.metrics, "roots": concatenated.square_root}
+            folder.write_tensors(CONCATENATION, {"scales": np.array([concatenated.embedding, concatenated.metrics])}, metadata)
     return VideoRepresentation(encoder, folder.settings.dataset, concatenated)
 
 
@@ -118,7 +118,7 @@ def saved_concatenation(folder: RunFolder) -> ConcatenatedMetrics | None:
     if saved is None:
         return None
     embedding, metrics = saved.tensors["scales"].tolist()
-    return ConcatenatedMetrics(embedding, metrics, saved.facts.get("roots", False))
+    return ConcatenatedMetrics(embedding, metrics, saved.metadata.get("roots", False))
 
 
 def _encoder(
@@ -143,8 +143,8 @@ def save_network(folder: RunFolder, network: torch.nn.Module, origin: str, losse
     folder.remove(WHITENING)
     folder.remove(CONCATENATION)
     folder.remove(COVARIANCE)
-    facts = {"architecture": "resnet18", "frames": shape.frames, "size": shape.size, "origin": origin, "losses": losses}
-    folder.write_tensors(ENCODER, state_arrays(network), facts)
+    metadata = {"architecture": "resnet18", "frames": shape.frames, "size": shape.size, "origin": origin, "losses": losses}
+    folder.write_tensors(ENCODER, state_arrays(network), metadata)
 
 
 def starting_weights(folder: RunFolder) -> tuple[str, dict[str, torch.Tensor] | None]:
@@ -154,8 +154,8 @@ def starting_weights(folder: RunFolder) -> tuple[str, dict[str, torch.Tensor] | 
     """
     wanted, name = folder.settings.representation.weights, "training/start.safetensors"
     kept = folder.read_tensors(name)
-    if kept is not None and kept.facts["origin"] != "ImageNet":
-        return kept.facts["origin"], None
+    if kept is not None and kept.metadata["origin"] != "ImageNet":
+        return kept.metadata["origin"], None
     origin, start = "random weights, as asked", None
     if wanted == "imagenet":
         try:

@@ -28,7 +28,7 @@ CLASSES = 5
 
 
 @dataclass(frozen=True)
-class HeldOut:
+class LabelledTestSet:
     """Labelled rollouts."""
 
     parts: tuple[Trajectories, ...]
@@ -47,7 +47,7 @@ class HeldOut:
         """What the rollouts are known by, whoever labels them."""
         return fingerprint(np.concatenate([videos(part) for part in self.parts]))
 
-    def relabelled(self, labels: Mapping[int, str], given_by: str) -> HeldOut:
+    def relabelled(self, labels: Mapping[int, str], given_by: str) -> LabelledTestSet:
         """Return the rollouts that a person has labelled, with those labels.
 
         Raises:
@@ -60,20 +60,20 @@ class HeldOut:
             raise DiscoveryError(f"labels of {given_by}: {dict(counts)}; expected two behaviours of {FEWEST} or more, label more")
         return found
 
-    def _where(self, keep: npt.NDArray[np.bool_], names: npt.NDArray[np.str_], given_by: str) -> HeldOut:
+    def _where(self, keep: npt.NDArray[np.bool_], names: npt.NDArray[np.str_], given_by: str) -> LabelledTestSet:
         ends = np.cumsum([len(part.poses) for part in self.parts])
         inside = [np.flatnonzero(chosen) for chosen in np.split(keep, ends[:-1])]
-        return HeldOut(tuple(part[rows] for part, rows in zip(self.parts, inside, strict=True) if len(rows)), names[keep], given_by)
+        return LabelledTestSet(tuple(part[rows] for part, rows in zip(self.parts, inside, strict=True) if len(rows)), names[keep], given_by)
 
 
-def draw_held_out(simulator: Simulator, a_class: int, most_draws: int, seed: int) -> HeldOut:
+def draw_test_set(simulator: Simulator, per_class: int, most_draws: int, seed: int) -> LabelledTestSet:
     """Draw random controllers until every behaviour has enough rollouts, or the draws are used up.
 
-    Where some behaviours are too rare, more of the others are taken, as evenly as can be, until there are five times ``a_class`` in all.
+    Where some behaviours are too rare, more of the others are taken, as evenly as can be, until there are five times ``per_class`` in all.
 
     Args:
         simulator: World, engine and length.
-        a_class: Rollouts wanted of each behaviour.
+        per_class: Rollouts wanted of each behaviour.
         most_draws: Rollouts simulated at most.
         seed: Of controllers and starts; no dataset has them, whatever its seed.
 
@@ -83,7 +83,7 @@ def draw_held_out(simulator: Simulator, a_class: int, most_draws: int, seed: int
     parts: list[Trajectories] = []
     labels: list[str] = []
     counts: Counter[str] = Counter()
-    most = a_class * CLASSES // 2  # of one behaviour, when there are but two
+    most = per_class * CLASSES // 2  # of one behaviour, when there are but two
     with bar(most_draws, "test set", "rollouts") as progress:
         for number in range(-(-most_draws // CHUNK)):
             controllers = random_controllers(simulator.world, CHUNK, generator(seed, "test controllers", number))
@@ -97,24 +97,24 @@ def draw_held_out(simulator: Simulator, a_class: int, most_draws: int, seed: int
             if kept:
                 parts.append(trajectories[np.array(kept)])
             progress.update(CHUNK)
-            if len(counts) >= CLASSES and all(count >= a_class for count in counts.values()) and number >= 3:
+            if len(counts) >= CLASSES and all(count >= per_class for count in counts.values()) and number >= 3:
                 break
     enough = {name: count for name, count in counts.items() if count >= FEWEST}
     if len(enough) < 2:
         raise DiscoveryError(f"test set: {dict(counts)} of {most_draws} rollouts; expected two behaviours of {FEWEST} or more, draw more")
     names = np.array(labels, dtype=np.str_)
-    return HeldOut(tuple(parts), names)._where(_first(names, shares(enough, a_class)), names, "rules")
+    return LabelledTestSet(tuple(parts), names)._where(_first(names, shares(enough, per_class)), names, "rules")
 
 
-def shares(counts: Mapping[str, int], a_class: int) -> dict[str, int]:
-    """Return how many rollouts to take of each behaviour: ``a_class``, and where some have fewer, more of the others.
+def shares(counts: Mapping[str, int], per_class: int) -> dict[str, int]:
+    """Return how many rollouts to take of each behaviour: ``per_class``, and where some have fewer, more of the others.
 
     Args:
         counts: Rollouts that there are of each.
-        a_class: Rollouts wanted of each.
+        per_class: Rollouts wanted of each.
     """
-    taken = {name: min(count, a_class) for name, count in counts.items()}
-    while sum(taken.values()) < CLASSES * a_class:
+    taken = {name: min(count, per_class) for name, count in counts.items()}
+    while sum(taken.values()) < CLASSES * per_class:
         more = [name for name in sorted(counts) if taken[name] < counts[name]]
         if not more:
             break

@@ -20,7 +20,7 @@ from discovery.errors import DiscoveryError
 from discovery.files.atomic import write_atomically
 from discovery.files.tensor_file import DamagedFileError, TensorFile, read_tensor_file, write_tensor_file
 from discovery.settings import LOCATION_KEYS, Settings, flat, identity, read_settings, to_yaml
-from discovery.tracking.interface import Silent, Tracker
+from discovery.tracking.interface import NullTracker, Tracker
 from swarm_envs.cores import available_cores
 
 CONFIG, MANIFEST, ARCHIVE, METRICS, ENCODER, COVARIANCE, REPORT = (
@@ -31,7 +31,7 @@ IDENTITY_VERSION = 2
 """How a run is known from its settings: in version 1 by the text of its config, in today's spelling and order of keys at the time."""
 
 LOCK = ".lock"
-OURS = (LOCK, f".{CONFIG}.partial")
+OWN_FILES = (LOCK, f".{CONFIG}.partial")
 """What a process that was killed before it wrote the config may have left."""
 
 
@@ -46,7 +46,7 @@ class RunFolder:
         self.settings = settings
         self.identity = known_by or identity(settings)
         """What every file of arrays in the folder bears; a folder of an earlier version keeps the one that it was made with."""
-        self.tracker: Tracker = Silent()
+        self.tracker: Tracker = NullTracker()
         """Who is told of progress."""
         self._lock: IO[str] | None = None
 
@@ -67,9 +67,9 @@ class RunFolder:
         """Write JSON that a person can read."""
         return self.write(name, json.dumps(content, indent=2) + "\n")
 
-    def write_tensors(self, name: str, tensors: Mapping[str, npt.NDArray[Any]], facts: Mapping[str, Any]) -> None:
-        """Write arrays and facts with a checksum."""
-        write_tensor_file(self.path / name, tensors, facts, self.identity)
+    def write_tensors(self, name: str, tensors: Mapping[str, npt.NDArray[Any]], metadata: Mapping[str, Any]) -> None:
+        """Write arrays and metadata with a checksum."""
+        write_tensor_file(self.path / name, tensors, metadata, self.identity)
 
     def read_tensors(self, name: str) -> TensorFile | None:
         """Return what :meth:`write_tensors` wrote, None when there is no such file.
@@ -126,7 +126,7 @@ def make_folder(settings: Settings) -> RunFolder:
             if _finished(path):
                 raise DiscoveryError(f"{path}: holds a finished run, which is never overwritten; choose another folder")
             raise DiscoveryError(f"{path}: holds an unfinished run; finish it with resume={path} or choose another folder")
-        if foreign := sorted(item.name for item in path.iterdir() if item.name not in OURS):
+        if foreign := sorted(item.name for item in path.iterdir() if item.name not in OWN_FILES):
             (path / LOCK).unlink()
             raise DiscoveryError(f"{path}: is not empty and not a run folder, it has {foreign[0]}; choose another folder")
         folder.write(CONFIG, to_yaml(settled))

@@ -29,7 +29,7 @@ TRIES = 1000
 
 
 @dataclass(frozen=True)
-class Wish:
+class EmitterContext:
     """What an emitter is made from."""
 
     archive: ArchiveBase
@@ -48,24 +48,24 @@ class Wish:
 class RandomEmitter(EmitterBase):
     """Proposes controllers drawn uniformly, each population from (seed, generation)."""
 
-    def __init__(self, wish: Wish) -> None:
-        super().__init__(wish.archive, solution_dim=4, bounds=None, lower_bounds=-wish.box.limits, upper_bounds=wish.box.limits)
-        self._wish = wish
-        self.generation = wish.begin
+    def __init__(self, context: EmitterContext) -> None:
+        super().__init__(context.archive, solution_dim=4, bounds=None, lower_bounds=-context.box.limits, upper_bounds=context.box.limits)
+        self._context = context
+        self.generation = context.begin
         """The generation that :meth:`ask` makes next."""
 
     def ask(self) -> FloatArray:
         """Return (population, 4) controllers."""
-        size = self._wish.settings.population
-        drawn = self._wish.box.draw(size, generator(self._wish.seed, "search", self.generation))
-        return np.concatenate([self._wish.include, drawn])[:size] if self.generation == 0 else drawn
+        size = self._context.settings.population
+        drawn = self._context.box.draw(size, generator(self._context.seed, "search", self.generation))
+        return np.concatenate([self._context.include, drawn])[:size] if self.generation == 0 else drawn
 
     def tell(self, solution: npt.ArrayLike, objective: Any, measures: npt.ArrayLike, add_info: Any, **fields: Any) -> None:
         """Go to the next generation; what became of this one changes nothing."""
         self.generation += 1
 
 
-class ChoosyEmitter(EmitterBase):
+class RejectionEmitter(EmitterBase):
     """Asks another emitter until it has a population of controllers that may be proposed; the others are never evaluated."""
 
     def __init__(self, emitter: EmitterBase, box: GeneBox, population: int) -> None:
@@ -91,28 +91,28 @@ class ChoosyEmitter(EmitterBase):
         self._emitter.tell(*given, **fields)
 
 
-def _genetic(wish: Wish) -> EmitterBase:
-    return GeneticEmitter(wish.archive, wish.box, wish.settings, wish.seed, wish.include)
+def _genetic(context: EmitterContext) -> EmitterBase:
+    return GeneticEmitter(context.archive, context.box, context.settings, context.seed, context.include)
 
 
-def _isoline(wish: Wish) -> EmitterBase:
+def _isoline(context: EmitterContext) -> EmitterBase:
     return IsoLineEmitter(
-        wish.archive,
-        iso_sigma=wish.settings.iso_sigma * wish.box.limits,  # type: ignore[arg-type]  # a number for each gene broadcasts
-        line_sigma=wish.settings.line_sigma,
+        context.archive,
+        iso_sigma=context.settings.iso_sigma * context.box.limits,  # type: ignore[arg-type]  # a number for each gene broadcasts
+        line_sigma=context.settings.line_sigma,
         x0=np.zeros(4),  # never used: the warm-up fills the archive
-        lower_bounds=-wish.box.limits,
-        upper_bounds=wish.box.limits,
-        batch_size=wish.settings.population,
-        seed=whole_seed(wish.seed, "emitter"),
+        lower_bounds=-context.box.limits,
+        upper_bounds=context.box.limits,
+        batch_size=context.settings.population,
+        seed=whole_seed(context.seed, "emitter"),
     )
 
 
-EMITTERS: dict[str, Callable[[Wish], EmitterBase]] = {"novelty": _genetic, "random": RandomEmitter, "isoline": _isoline}
+EMITTERS: dict[str, Callable[[EmitterContext], EmitterBase]] = {"novelty": _genetic, "random": RandomEmitter, "isoline": _isoline}
 """How the emitter of each ``search.method`` is made."""
 
 
-def make_emitter(method: str, wish: Wish) -> EmitterBase:
+def make_emitter(method: str, context: EmitterContext) -> EmitterBase:
     """Return the emitter of a method."""
-    emitter = EMITTERS[method](wish)
-    return ChoosyEmitter(emitter, wish.box, wish.settings.population) if wish.box.least.any() else emitter
+    emitter = EMITTERS[method](context)
+    return RejectionEmitter(emitter, context.box, context.settings.population) if context.box.minimum.any() else emitter

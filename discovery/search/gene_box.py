@@ -19,22 +19,22 @@ class GeneBox:
 
     limits: FloatArray
     """(4,) largest, in m/s and rad/s."""
-    least: FloatArray
+    minimum: FloatArray
     """(4,) smallest, in m/s and rad/s; the authors' simulator takes 0.05 and 0.4."""
 
     def draw(self, count: int, rng: np.random.Generator) -> FloatArray:
         """Draw controllers (count, 4) uniformly from what may be proposed."""
         drawn = rng.uniform(-self.limits, self.limits, (count, len(self.limits)))
-        if not self.least.any():
+        if not self.minimum.any():
             return drawn
-        # magnitudes uniform from least to limit, as if draws in between had been thrown away
-        magnitudes = self.least + np.abs(drawn) * (1 - self.least / self.limits)
+        # magnitudes uniform from minimum to limit, as if draws in between had been thrown away
+        magnitudes = self.minimum + np.abs(drawn) * (1 - self.minimum / self.limits)
         return np.copysign(np.minimum(magnitudes, self.limits), drawn)
 
     def accepts(self, controllers: FloatArray) -> npt.NDArray[np.bool_]:
         """Whether each of controllers (N, 4) may be proposed, (N,)."""
         magnitudes = np.abs(controllers)
-        return np.asarray(((magnitudes >= self.least) & (magnitudes <= self.limits)).all(axis=1))
+        return np.asarray(((magnitudes >= self.minimum) & (magnitudes <= self.limits)).all(axis=1))
 
 
 def gene_box(world: WorldSpec, settings: SearchSettings, include: FloatArray) -> GeneBox:
@@ -50,9 +50,10 @@ def gene_box(world: WorldSpec, settings: SearchSettings, include: FloatArray) ->
     """
     box = GeneBox(gene_limits(world), np.array([settings.min_speed, settings.min_turn_rate] * 2))
     for name, gene, unit in (("min_speed", 0, "m/s"), ("min_turn_rate", 1, "rad/s")):
-        if not box.least[gene] < box.limits[gene]:
+        if not box.minimum[gene] < box.limits[gene]:
             raise DiscoveryError(
-                f"search.{name}: given {box.least[gene]:g}, expected less than {box.limits[gene]:g} {unit}, the limit of world {world.name}"
+                f"search.{name}: given {box.minimum[gene]:g}, expected less than {box.limits[gene]:g} {unit}, "
+                f"the limit of world {world.name}"
             )
     for controller in include[~box.accepts(include)]:
         names = ", ".join(GENES)

@@ -84,7 +84,7 @@ def children(
 
 
 def tournament(fitness: FloatArray, winners: int, contestants: int, rng: np.random.Generator) -> npt.NDArray[np.int64]:
-    """Return the indices (winners,) of the best of ``contestants`` distinct members (all, when there are fewer), each time anew."""
+    """Return the indices (winners,) of the best of ``contestants`` distinct members (all, when there are fewer), drawn again each time."""
     size = min(contestants, len(fitness))
     rivals: npt.NDArray[np.int64] = np.argsort(rng.random((winners, len(fitness))), axis=1)[:, :size]
     best = np.argmax(fitness[rivals], axis=1, keepdims=True)
@@ -109,8 +109,8 @@ def mutate(population: FloatArray, box: GeneBox, rate: float, step: float, rng: 
     change = rng.normal(0.0, step * box.limits, population.shape)
     changed = rng.random(population.shape) < rate
     mutated = reflect(np.where(changed, population + change, population), box.limits)
-    for _ in range(REDRAWS if box.least.any() else 0):
-        wrong = changed & (np.abs(mutated) < box.least)
+    for _ in range(REDRAWS if box.minimum.any() else 0):
+        wrong = changed & (np.abs(mutated) < box.minimum)
         if not wrong.any():
             break
         change = rng.normal(0.0, step * box.limits, population.shape)

@@ -1,4 +1,4 @@
-"""The search: pyribs' scheduler, a record of everything evaluated, and one saved part a generation."""
+"""The search: pyribs' scheduler, a record of everything evaluated, and one saved part per generation."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from discovery.rollouts.labels import BEHAVIOURS, LABEL_BYTES, decode_labels, en
 from discovery.rollouts.simulator import Simulator
 from discovery.runs.archive import Archive
 from discovery.runs.run_folder import RunFolder, part_name
-from discovery.search.emitters import Wish, make_emitter
+from discovery.search.emitters import EmitterContext, make_emitter
 from discovery.search.gene_box import gene_box
-from discovery.search.unstructured_archive import EverythingArchive
+from discovery.search.unstructured_archive import UnstructuredArchive
 from discovery.settings import SearchSettings
 from swarm_envs.behaviours import label
 from swarm_envs.metrics import hand_crafted
@@ -38,7 +38,7 @@ FIELDS: dict[str, Any] = {
 """What archives keep beside controller and embedding."""
 
 
-class Search:
+class BehaviourSearch:
     """A search in progress; it evaluates nothing itself.
 
     Args:
@@ -52,7 +52,7 @@ class Search:
         self._settings, self._seed = settings, seed
         self._include = check_controllers(world, settings.include)
         self._box = gene_box(world, settings, self._include)
-        self.record = EverythingArchive(
+        self.record = UnstructuredArchive(
             solution_dim=4,
             measure_dim=dimension,
             k_neighbors=settings.neighbours,
@@ -117,7 +117,7 @@ class Search:
 
     def _schedule(self, method: str, include: FloatArray) -> Scheduler:
         parents, begin = self._parents, self.generation if method == "random" else 0
-        emitter = make_emitter(method, Wish(parents, self._box, self._settings, self._seed, include, begin))
+        emitter = make_emitter(method, EmitterContext(parents, self._box, self._settings, self._seed, include, begin))
         return Scheduler(parents, [emitter], result_archive=None if parents is self.record else self.record)
 
     def _tessellate(self) -> CVTArchive:
@@ -145,7 +145,7 @@ def run_search(folder: RunFolder, simulator: Simulator, representation: Represen
         Everything evaluated, and its rows (M,) that the search's archive holds in the end.
     """
     settings = folder.settings.search
-    search = Search(settings, simulator.world, representation.dimension, folder.settings.seed)
+    search = BehaviourSearch(settings, simulator.world, representation.dimension, folder.settings.seed)
     replay = folder.parts("search")
     folder.tracker.begin("search")
     with bar(settings.population * settings.generations, "search", "rollouts") as progress:

@@ -11,7 +11,7 @@ from ribs.archives import ProximityArchive
 from discovery.search.novelty import Neighbours
 
 
-class EverythingArchive(ProximityArchive):
+class UnstructuredArchive(ProximityArchive):
     """Keeps everything evaluated, twins too, in the order of evaluation (the paper's buffer).
 
     pyribs builds a k-d tree of the whole archive at every ``add``: seconds each with 100,000 embeddings, and no help in 512 dimensions.

@@ -12,14 +12,14 @@ from pathlib import Path
 
 from discovery.errors import DiscoveryError
 from discovery.settings import Settings, flat
-from discovery.tracking.best_effort import Forgiving
+from discovery.tracking.best_effort import BestEffortTracker
 from discovery.tracking.event_files import EventFiles
-from discovery.tracking.interface import Silent, Tracker
+from discovery.tracking.interface import NullTracker, Tracker
 from discovery.tracking.ml_flow import MLflow
 from discovery.tracking.weights_and_biases import WeightsAndBiases
 
 TRACKERS: dict[str, Callable[[Path, Settings], Tracker]] = {
-    "none": lambda path, settings: Silent(),
+    "none": lambda path, settings: NullTracker(),
     "tensorboard": lambda path, settings: EventFiles(path),
     "wandb": lambda path, settings: WeightsAndBiases(path, settings.tracker.project, flat(settings)),
     "mlflow": lambda path, settings: MLflow(path, settings.tracker.project, flat(settings)),
@@ -48,8 +48,8 @@ def make_tracker(path: Path, settings: Settings) -> Tracker:
     """Return the tracker that the settings of the run in the folder ``path`` ask for."""
     name = settings.tracker.method
     if name in SERVICES:
-        return Forgiving(name, lambda: TRACKERS[name](path, settings))
+        return BestEffortTracker(name, lambda: TRACKERS[name](path, settings))
     return TRACKERS[name](path, settings)
 
 
-__all__ = ["PACKAGES", "TRACKERS", "Silent", "Tracker", "check_tracker", "make_tracker"]
+__all__ = ["PACKAGES", "TRACKERS", "NullTracker", "Tracker", "check_tracker", "make_tracker"]

@@ -9,10 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from discovery.errors import DiscoveryError
-from discovery.tracking.interface import Silent, Tracker
+from discovery.tracking.interface import NullTracker, Tracker
 
 
-class Forgiving:
+class BestEffortTracker:
     """Passes everything on to another tracker, until that fails; says so, and goes on alone.
 
     Args:
@@ -59,7 +59,7 @@ class Forgiving:
             raise
         except Exception as error:
             print(f"discovery: {self._name}: {_one_line(error)}; going on without it", file=sys.stderr, flush=True)
-            self._tracker = Silent()
+            self._tracker = NullTracker()
 
 
 def _one_line(error: Exception) -> str:

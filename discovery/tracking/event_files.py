@@ -17,7 +17,7 @@ FOLDER = "tensorboard"
 
 
 class EventFiles:
-    """Writes each stage's events into a folder of its own, and writes them anew when a resumed run logs the stage again."""
+    """Writes each stage's events into a folder of its own, and writes them again when a resumed run logs the stage again."""
 
     def __init__(self, path: Path) -> None:
         self._path = path / FOLDER

@@ -32,7 +32,7 @@ class Tracker(Protocol):
         """Write everything."""
 
 
-class Silent:
+class NullTracker:
     """Shows nothing: ``tracker=none``."""
 
     def begin(self, stage: str) -> None:

@@ -24,7 +24,7 @@ from discovery.representations.simclr import begin, step
 from discovery.representations.videos import VideoRepresentation
 from discovery.rollouts.labels import encode_labels
 from discovery.rollouts.simulator import Simulator
-from discovery.search.search import Search, evaluate
+from discovery.search.search import BehaviourSearch, evaluate
 from discovery.settings import SimCLRSettings
 from swarm_envs.worlds import load_world
 from tests.bench.simulation import line, rate
@@ -78,10 +78,10 @@ def evaluation_rate(engine: str) -> float:
     return rate(work)
 
 
-def generation_seconds(sizes: tuple[int, ...] = SIZES, last: int = 20) -> tuple[list[float], Search]:
+def generation_seconds(sizes: tuple[int, ...] = SIZES, last: int = 20) -> tuple[list[float], BehaviourSearch]:
     """CPU seconds that the search itself takes for a generation when so many are evaluated: median of the last few before."""
     settings = tiny(f"search.population={POPULATION}", f"search.generations={max(sizes) // POPULATION}", "search.neighbours=15").search
-    search, rng, taken = Search(settings, load_world("hero_plus"), DIMENSION, 0), np.random.default_rng(0), []
+    search, rng, taken = BehaviourSearch(settings, load_world("hero_plus"), DIMENSION, 0), np.random.default_rng(0), []
     labels, metrics = encode_labels(["random"] * POPULATION), np.zeros((POPULATION, 5))
     turn = rng.normal(size=(4, DIMENSION))
     for _ in range(settings.generations):

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from discovery.command import Opened, run
+from discovery.command import RunContext, run
 from tests.discovery.tiny_run import tiny
 
 
@@ -18,7 +18,7 @@ from tests.discovery.tiny_run import tiny
 def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of a finished tiny run."""
     path = tmp_path_factory.mktemp("discovery") / "finished"
-    run(tiny(f"folder={path}"), given=True, opened=Opened())
+    run(tiny(f"folder={path}"), given=True, context=RunContext())
     return path
 
 

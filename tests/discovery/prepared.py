@@ -14,7 +14,7 @@ import numpy as np
 import torch
 
 import discovery.pipeline
-from discovery.command import Opened, run
+from discovery.command import RunContext, run
 from discovery.representations.encoder import make_network
 from discovery.rollouts.simulator import Simulator
 from swarm_envs.rendering import videos
@@ -42,7 +42,7 @@ def main() -> None:
             os.dup2(2, 1)
             status = 1
             try:
-                run(settings, given=settings.resume is None, opened=Opened())
+                run(settings, given=settings.resume is None, context=RunContext())
                 status = 0
             finally:
                 os._exit(status)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from discovery.command import Opened, Stopped, run
+from discovery.command import RunContext, Stopped, run
 from discovery.files import atomic
 from discovery.settings import Settings
 
@@ -25,4 +25,4 @@ def run_until(names: str, settings: Settings, monkeypatch: pytest.MonkeyPatch) -
     with monkeypatch.context() as patch:
         patch.setattr(atomic.os, "replace", stopping)
         with pytest.raises(Stopped):
-            run(settings, given=settings.resume is None, opened=Opened())
+            run(settings, given=settings.resume is None, context=RunContext())

@@ -20,7 +20,7 @@ import pytest
 
 from discovery.annotation.answers import KINDS, Answers, open_answers, question, read_labels
 from discovery.annotation.clips import DatasetClips
-from discovery.command import Opened, run
+from discovery.command import RunContext, run
 from discovery.controllers import random_controllers
 from discovery.errors import DiscoveryError
 from discovery.representations.judgements import read_judgements
@@ -38,7 +38,7 @@ from discovery.annotation.server import AnnotationPage
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("annotated") / "run"
-    run(tiny("steps=200", "representation=hand_crafted", f"folder={path}", simclr=False), given=True, opened=Opened())
+    run(tiny("steps=200", "representation=hand_crafted", f"folder={path}", simclr=False), given=True, context=RunContext())
     return path
 
 
@@ -179,7 +179,11 @@ def test_a_persons_triples_teach_a_representation(folder: Path, tmp_path: Path) 
         answers.add(question("triples", 24, number, 0), ("first", "second")[number % 2])
     made = tmp_path / "run"
     overrides = ("steps=200", "representation=triplet", f"representation.judgements={path}", "representation.weights=random")
-    run(tiny(*overrides, "representation.epochs=1", "representation.batch=6", f"folder={made}", simclr=False), given=True, opened=Opened())
+    run(
+        tiny(*overrides, "representation.epochs=1", "representation.batch=6", f"folder={made}", simclr=False),
+        given=True,
+        context=RunContext(),
+    )
     origin = json.loads((made / "metrics.json").read_text())["representation"]["origin"]
     assert "12 answers of Ada" in origin
     assert "simulated" not in origin

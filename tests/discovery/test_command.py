@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import discovery
-from discovery.command import Opened, run
+from discovery.command import RunContext, run
 from discovery.errors import DiscoveryError
 from tests.discovery.tiny_run import TINY, tiny
 
@@ -67,8 +67,8 @@ def unfinished(finished: Path, tmp_path: Path) -> Path:
 def test_resuming_with_other_settings_is_refused(finished: Path, tmp_path: Path) -> None:
     path = unfinished(finished, tmp_path)
     with pytest.raises(DiscoveryError, match=r"began with seed=0, this command says 1"):
-        run(tiny(f"resume={path}", "seed=1"), given=True, opened=Opened())
-    run(tiny(f"resume={path}"), given=True, opened=Opened())
+        run(tiny(f"resume={path}", "seed=1"), given=True, context=RunContext())
+    run(tiny(f"resume={path}"), given=True, context=RunContext())
 
 
 @pytest.mark.parametrize(
@@ -88,7 +88,7 @@ def test_an_unreadable_folder_is_refused(name: str, content: str | None, expecte
     else:
         (path / name).write_text(content)
     with pytest.raises(DiscoveryError, match=expected) as caught:
-        run(tiny(f"resume={path}"), given=False, opened=Opened())
+        run(tiny(f"resume={path}"), given=False, context=RunContext())
     assert "\n" not in str(caught.value)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from discovery import load_run
-from discovery.command import Opened, run
+from discovery.command import RunContext, run
 from discovery.evaluation.groups import representation_name
 from discovery.runs.archive import read_parquet
 from discovery.runs.run_folder import ARCHIVE, read_manifest
@@ -33,7 +33,7 @@ def test_a_run_stopped_in_an_earlier_version_goes_on_from_what_it_holds_and_ends
     path = tmp_path / "stopped"
     shutil.copytree(EARLIER / "stopped", path)
     before = {part: part.read_bytes() for part in path.glob("*/*.safetensors")}
-    run(tiny(f"resume={path}"), given=False, opened=Opened())
+    run(tiny(f"resume={path}"), given=False, context=RunContext())
     assert "refused" not in capsys.readouterr().err
     assert len(before) == 4
     assert all(part.read_bytes() == content for part, content in before.items()), "what was there is kept"

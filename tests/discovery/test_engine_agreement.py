@@ -11,7 +11,7 @@ import pytest
 
 from discovery import load_run
 from discovery.clustering.engine_agreement import STARTS, compare_engines, describe, engines_agree, majority
-from discovery.command import Opened, run
+from discovery.command import RunContext, run
 from discovery.controllers import FloatArray
 from discovery.rollouts.simulator import Simulator
 from swarm_envs import Trajectories, load_world
@@ -104,7 +104,7 @@ def test_what_earlier_runs_call_confirmed_is_read_as_agreement_of_the_engines() 
 def test_a_run_whose_other_engine_disagrees_marks_it_on_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     hide_a_disagreement(monkeypatch, "disc")
     settings = tiny(f"folder={tmp_path / 'run'}", f"search.include=[{PURSUIT},{HEAP}]", "steps=400")
-    run(settings, given=True, opened=Opened())
+    run(settings, given=True, context=RunContext())
     page = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
     medoids = json.loads((tmp_path / "run" / "metrics.json").read_text())["medoids"]
     doubtful = [medoid for medoid in medoids if engines_agree(medoid) is False]

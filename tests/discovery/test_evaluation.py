@@ -12,14 +12,14 @@ from typing import cast
 import numpy as np
 import pytest
 
-from discovery.command import Opened, run
+from discovery.command import RunContext, run
 from discovery.evaluation.command import main
 from discovery.evaluation.frequency import Found
 from discovery.evaluation.groups import group, mean_and_error, representation_name
 from discovery.evaluation.probes import probe
 from discovery.evaluation.triplets import confusion
 from discovery.rollouts.simulator import Simulator
-from discovery.rollouts.test_set import draw_held_out, shares
+from discovery.rollouts.test_set import draw_test_set, shares
 from discovery.saved_run import Run
 from swarm_envs.behaviours import label
 from swarm_envs.worlds import load_world
@@ -72,7 +72,7 @@ def test_test_sets_hold_what_is_wanted_of_each_class_and_more_of_some_where_othe
 
 
 def test_a_test_set_is_as_large_as_asked_and_its_rollouts_have_their_labels() -> None:
-    test = draw_held_out(Simulator(load_world("hero_plus"), "disc", 200, 1), 10, 250, 0)
+    test = draw_test_set(Simulator(load_world("hero_plus"), "disc", 200, 1), 10, 250, 0)
     assert len(test.labels) == 50
     assert [name for part in test.parts for name in label(part)] == test.labels.tolist()
 
@@ -118,7 +118,11 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     folder, paths = tmp_path_factory.mktemp("evaluated"), []
     for name, seed in (("hand_crafted", 0), ("hand_crafted", 1), ("random", 0)):
         paths.append(str(folder / f"{name}-{seed}"))
-        run(tiny("steps=600", f"representation={name}", f"seed={seed}", f"folder={paths[-1]}", simclr=False), given=True, opened=Opened())
+        run(
+            tiny("steps=600", f"representation={name}", f"seed={seed}", f"folder={paths[-1]}", simclr=False),
+            given=True,
+            context=RunContext(),
+        )
     return paths
 
 
@@ -160,7 +164,7 @@ def test_the_command_counts_behaviours_among_medoids_and_by_simpler_ways(runs: l
 
 def test_runs_of_different_worlds_are_not_compared(runs: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     other = str(tmp_path / "other")
-    run(tiny("world=unrefined", "representation=hand_crafted", f"folder={other}", simclr=False), given=True, opened=Opened())
+    run(tiny("world=unrefined", "representation=hand_crafted", f"folder={other}", simclr=False), given=True, context=RunContext())
     assert main(["behaviours", runs[0], other, "--out", str(tmp_path / "out")]) == 1
     assert capsys.readouterr().err == (
         "discovery.evaluation: the runs differ in world, engine or steps; evaluate those of one world together\n"

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from discovery.command import Opened, run
+from discovery.command import RunContext, run
 from discovery.evaluation.command import main
 from discovery.rollouts.simulator import Simulator
-from discovery.rollouts.test_set import draw_held_out
+from discovery.rollouts.test_set import draw_test_set
 from swarm_envs.worlds import load_world
 from tests.browser import headless_chromium
 from tests.discovery.tiny_run import tiny
@@ -31,7 +31,7 @@ def maps(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder, paths = tmp_path_factory.mktemp("maps"), []
     for name in ("hand_crafted", "random"):
         paths.append(str(folder / name))
-        run(tiny("steps=600", f"representation={name}", f"folder={paths[-1]}", simclr=False), given=True, opened=Opened())
+        run(tiny("steps=600", f"representation={name}", f"folder={paths[-1]}", simclr=False), given=True, context=RunContext())
     words = ["--per-class", "10", "--most-draws", "250", "--iterations", "250", "--threads", "1"]
     assert main(["tsne", *paths, "--out", str(folder / "out"), *words]) == 0
     return folder / "out"
@@ -70,7 +70,7 @@ def test_the_page_is_small_and_asks_the_network_for_nothing(maps: Path) -> None:
 
 def test_the_animations_are_the_last_half_of_the_labelled_rollouts(data: Any) -> None:
     simulator = Simulator(load_world("hero_plus"), "chipmunk", 600, 1)
-    test = draw_held_out(simulator, 10, 250, 0)
+    test = draw_test_set(simulator, 10, 250, 0)
     labels = [data["names"][code] for code in base64.b64decode(data["labels"])]
     assert labels == test.labels.tolist()
     scene = data["scene"]

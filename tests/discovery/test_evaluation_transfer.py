@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from discovery.command import Opened, run
+from discovery.command import RunContext, run
 from discovery.evaluation.command import main
 from discovery.evaluation.groups import interval
 from discovery.evaluation.transfer import OWN_SPEED, Transferred, mark, mean_distances, slow_down, within
@@ -97,7 +97,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     for world in ("unrefined", "hero_plus"):
         paths.append(str(folder / world))
         words = ("steps=150", "representation=hand_crafted", f"world={world}", f"folder={paths[-1]}")
-        run(tiny(*words, simclr=False), given=True, opened=Opened())
+        run(tiny(*words, simclr=False), given=True, context=RunContext())
     return paths
 
 
@@ -128,7 +128,7 @@ def test_runs_of_several_representations_and_too_few_starts_are_refused(
     runs: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     other = str(tmp_path / "other")
-    run(tiny("steps=150", "representation=hand_crafted_standardised", f"folder={other}", simclr=False), given=True, opened=Opened())
+    run(tiny("steps=150", "representation=hand_crafted_standardised", f"folder={other}", simclr=False), given=True, context=RunContext())
     assert main(["transfer", runs[0], other, "--out", str(tmp_path / "out")]) == 1
     assert "the runs differ in representation, engine or steps" in capsys.readouterr().err
     assert main(["transfer", runs[0], "--out", str(tmp_path / "out"), "--starts", "2"]) == 1

@@ -26,7 +26,7 @@ def test_arrays_and_facts_come_back_to_the_last_bit(tensor_file: Path) -> None:
     read = read_tensor_file(tensor_file, "run")
     assert np.array_equal(read.tensors["a"], np.arange(1000.0))
     assert read.tensors["b"].shape == (0, 3)
-    assert read.facts == {"losses": [0.1, 1 / 3]}
+    assert read.metadata == {"losses": [0.1, 1 / 3]}
 
 
 def test_a_truncated_file_is_refused(tensor_file: Path) -> None:

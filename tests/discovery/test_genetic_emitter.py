@@ -7,7 +7,7 @@ from ribs.schedulers import Scheduler
 
 from discovery.search.gene_box import GeneBox
 from discovery.search.genetic_emitter import GeneticEmitter, cross, mutate, reflect, tournament
-from discovery.search.unstructured_archive import EverythingArchive
+from discovery.search.unstructured_archive import UnstructuredArchive
 from discovery.settings import SearchSettings
 from tests.discovery.tiny_run import tiny
 
@@ -22,8 +22,8 @@ def search_settings(*overrides: str) -> SearchSettings:
 
 def make_search(
     settings: SearchSettings, include: Array | None = None, seed: int = 0
-) -> tuple[EverythingArchive, GeneticEmitter, Scheduler]:
-    archive = EverythingArchive(solution_dim=4, measure_dim=2, k_neighbors=settings.neighbours)
+) -> tuple[UnstructuredArchive, GeneticEmitter, Scheduler]:
+    archive = UnstructuredArchive(solution_dim=4, measure_dim=2, k_neighbors=settings.neighbours)
     emitter = GeneticEmitter(archive, BOX, settings, seed, np.empty((0, 4)) if include is None else include)
     return archive, emitter, Scheduler(archive, [emitter])
 

@@ -12,11 +12,11 @@ import pytest
 import torch
 
 from discovery import load_run
-from discovery.command import Opened, run
+from discovery.command import RunContext, run
 from discovery.errors import DiscoveryError
 from discovery.representations import METHODS, fit
 from discovery.representations.judgements import Judgements, read_judgements, simulate_annotator, write_judgements
-from discovery.representations.triplet import JUDGEMENTS, learn
+from discovery.representations.triplet import JUDGEMENTS, train_triplet
 from discovery.representations.videos import CONCATENATION, WHITENING, VideoRepresentation
 from discovery.rollouts.dataset import Dataset, make_dataset
 from discovery.rollouts.filming import film, fingerprint
@@ -46,7 +46,7 @@ SMALL = {
 def runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     folders = {name: tmp_path_factory.mktemp("representations") / name for name in SMALL}
     for name, path in folders.items():
-        run(small(name, f"folder={path}"), given=True, opened=Opened())
+        run(small(name, f"folder={path}"), given=True, context=RunContext())
     return folders
 
 
@@ -98,7 +98,7 @@ def test_triplet_learning_that_was_stopped_ends_with_the_same_bits(
     path = tmp_path / "stopped"
     run_until("step-0000003", small("triplet", f"folder={path}"), monkeypatch)
     assert (path / "training" / "step-0000002.safetensors").exists()
-    run(small("triplet", f"resume={path}"), given=False, opened=Opened())
+    run(small("triplet", f"resume={path}"), given=False, context=RunContext())
     for name in (ARCHIVE, ENCODER):
         assert (path / name).read_bytes() == (runs["triplet"] / name).read_bytes()
 
@@ -112,7 +112,7 @@ WHITENED = (
 @pytest.fixture(scope="module")
 def whitened(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("representations") / "whitened"
-    run(small("random", f"folder={path}", *WHITENED), given=True, opened=Opened())
+    run(small("random", f"folder={path}", *WHITENED), given=True, context=RunContext())
     return path
 
 
@@ -157,7 +157,7 @@ def test_a_run_that_was_stopped_before_its_scales_were_saved_ends_with_the_same_
     path = tmp_path / "stopped"
     run_until(file, small("random", f"folder={path}", *WHITENED), monkeypatch)
     assert (path / ENCODER).exists()
-    run(small("random", f"resume={path}", *WHITENED), given=False, opened=Opened())
+    run(small("random", f"resume={path}", *WHITENED), given=False, context=RunContext())
     for name in (ARCHIVE, ENCODER, WHITENING, CONCATENATION):
         assert (path / name).read_bytes() == (whitened / name).read_bytes()
 
@@ -222,7 +222,7 @@ def test_triplet_learning_brings_together_what_is_judged_alike(tmp_path: Path) -
     )  # fmt: skip
     triples = simulate_annotator(labels, 90, 0.0, generator)
     with make_folder(settings) as folder:
-        training = learn(folder, dataset, Judgements(triples, ("a test",), fingerprint(videos)), None)
+        training = train_triplet(folder, dataset, Judgements(triples, ("a test",), fingerprint(videos)), None)
     assert np.mean(training.losses[-3:]) < 0.5 * np.mean(training.losses[:3])
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from discovery.command import Opened, run
+from discovery.command import RunContext, run
 from discovery.errors import DiscoveryError
 from discovery.runs.run_folder import ARCHIVE, ENCODER, METRICS, open_folder
 from tests.discovery.stopping import run_until
@@ -20,7 +20,7 @@ RESULTS = (ARCHIVE, ENCODER, METRICS)
 
 
 def resume(path: Path) -> None:
-    run(tiny(f"resume={path}"), given=False, opened=Opened())
+    run(tiny(f"resume={path}"), given=False, context=RunContext())
 
 
 def assert_same_results(path: Path, expected: Path) -> None:
@@ -34,7 +34,7 @@ def stop_before(names: str, path: Path, monkeypatch: pytest.MonkeyPatch) -> None
 
 
 def test_the_same_seed_gives_the_same_archive_to_the_last_bit(finished: Path, tmp_path: Path) -> None:
-    run(tiny(f"folder={tmp_path / 'again'}"), given=True, opened=Opened())
+    run(tiny(f"folder={tmp_path / 'again'}"), given=True, context=RunContext())
     assert_same_results(tmp_path / "again", finished)
 
 
@@ -123,10 +123,10 @@ def test_every_kind_of_search_resumes_to_the_same_bits(kind: str, tmp_path: Path
     )
     words = ("representation=hand_crafted", "tracker=none", f"search={kind}", *options, *cells)
     whole, path = tmp_path / "whole", tmp_path / "stopped"
-    run(tiny(*words, f"folder={whole}", simclr=False), given=True, opened=Opened())
+    run(tiny(*words, f"folder={whole}", simclr=False), given=True, context=RunContext())
     run_until("search/00003", tiny(*words, f"folder={path}", simclr=False), monkeypatch)
     assert (path / "search" / "00002.safetensors").exists()
-    run(tiny(f"resume={path}"), given=False, opened=Opened())
+    run(tiny(f"resume={path}"), given=False, context=RunContext())
     for name in (ARCHIVE, METRICS):
         assert (path / name).read_bytes() == (whole / name).read_bytes()
 

@@ -12,7 +12,7 @@ from discovery.controllers import gene_limits
 from discovery.errors import DiscoveryError
 from discovery.rollouts.labels import encode_labels
 from discovery.search.novelty import Neighbours
-from discovery.search.search import Search
+from discovery.search.search import BehaviourSearch
 from discovery.settings import SearchSettings
 from swarm_envs.worlds import load_world
 from tests.discovery.tiny_run import tiny
@@ -39,8 +39,8 @@ def pretend(controllers: npt.NDArray[np.float64]) -> dict[str, npt.NDArray[Any]]
     }
 
 
-def searched(given: SearchSettings, seed: int = 0) -> Search:
-    search = Search(given, WORLD, DIMENSION, seed)
+def searched(given: SearchSettings, seed: int = 0) -> BehaviourSearch:
+    search = BehaviourSearch(given, WORLD, DIMENSION, seed)
     for number in range(given.generations):
         search.tell(1000 + number, pretend(search.ask()))
     return search
@@ -69,7 +69,7 @@ def test_novelty_is_recorded_as_it_was_when_the_generation_had_been_evaluated(ki
 
 def test_all_kinds_begin_with_the_same_random_controllers_and_those_given() -> None:
     given = "search.include=[[0.05,-1.0,0.0,1.0]]"
-    first = [Search(settings(kind, given), WORLD, DIMENSION, 0).ask() for kind in KINDS]
+    first = [BehaviourSearch(settings(kind, given), WORLD, DIMENSION, 0).ask() for kind in KINDS]
     assert all(np.array_equal(first[0], each) for each in first[1:])
     assert first[0][0].tolist() == [0.05, -1.0, 0.0, 1.0]
     everything = searched(settings("isoline", given)).archive().controllers
@@ -101,7 +101,7 @@ def test_isoline_variation_stays_near_its_parents_after_the_warm_up() -> None:
 def test_parents_come_from_the_cells_of_a_tessellation() -> None:
     """Nearly all of the warm-up is one controller, which fills one cell: it has no more children than any other cell's."""
     given = settings("isoline", "search.iso_sigma=0", "search.line_sigma=0")
-    search = Search(given, WORLD, DIMENSION, 0)
+    search = BehaviourSearch(given, WORLD, DIMENSION, 0)
     for number in range(given.generations):
         controllers = search.ask()
         found = pretend(controllers)
@@ -134,7 +134,7 @@ def test_slow_and_straight_controllers_are_never_evaluated(kind: str) -> None:
 
 def test_what_may_be_drawn_is_drawn_uniformly() -> None:
     given = settings("random", "search.min_speed=0.05", "search.min_turn_rate=0.4", "search.population=4000", "search.generations=1")
-    drawn = Search(given, WORLD, DIMENSION, 0).ask()
+    drawn = BehaviourSearch(given, WORLD, DIMENSION, 0).ask()
     for gene, (least, limit) in enumerate(zip([0.05, 0.4] * 2, LIMITS, strict=True)):
         magnitude = (np.abs(drawn[:, gene]) - least) / (limit - least)
         assert np.histogram(magnitude, 4, (0, 1))[0] == pytest.approx(1000, abs=120)
@@ -143,7 +143,7 @@ def test_what_may_be_drawn_is_drawn_uniformly() -> None:
 
 def test_only_what_meets_the_minimal_criterion_has_children() -> None:
     given = settings("novelty", "search.minimal_criterion=0.5", "search.mutation=0", "search.crossover=0", "search.population=50")
-    search = Search(given, WORLD, DIMENSION, 0)
+    search = BehaviourSearch(given, WORLD, DIMENSION, 0)
     parents = search.ask()
     search.tell(0, pretend(parents))
     children = search.ask()
@@ -168,4 +168,4 @@ def test_only_what_meets_the_minimal_criterion_has_children() -> None:
 )
 def test_settings_that_contradict_each_other_are_refused(kind: str, overrides: list[str], expected: str) -> None:
     with pytest.raises(DiscoveryError, match=expected):
-        Search(settings(kind, *overrides), WORLD, DIMENSION, 0)
+        BehaviourSearch(settings(kind, *overrides), WORLD, DIMENSION, 0)

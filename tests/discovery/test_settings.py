@@ -15,7 +15,7 @@ import yaml
 from omegaconf import MISSING, OmegaConf
 
 from discovery import load_run
-from discovery.command import CONFIGS, Opened, main, run
+from discovery.command import CONFIGS, RunContext, main, run
 from discovery.errors import DiscoveryError
 from discovery.runs.run_folder import CONFIG, open_folder
 from discovery.settings import REPRESENTATIONS, Settings, flat, identity
@@ -73,7 +73,7 @@ def test_the_order_of_keys_changes_nothing(tmp_path: Path, monkeypatch: pytest.M
     random.Random(1).shuffle(mixed)
     assert list(dict(mixed)) != list(content)
     (path / CONFIG).write_text(yaml.safe_dump(dict(mixed), sort_keys=False))
-    run(tiny(f"resume={path}"), given=False, opened=Opened())
+    run(tiny(f"resume={path}"), given=False, context=RunContext())
     assert len(load_run(path).archive) == 24
 
 

@@ -15,7 +15,7 @@ import pytest
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 from discovery import tracking
-from discovery.command import Opened, run
+from discovery.command import RunContext, run
 from discovery.errors import DiscoveryError
 from discovery.runs.run_folder import ENCODER, METRICS, RunFolder
 from discovery.tracking import Tracker, make_tracker
@@ -54,7 +54,7 @@ def test_a_resumed_run_has_no_entry_twice(tmp_path: Path, monkeypatch: pytest.Mo
     path = tmp_path / "stopped"
     for place in ("training/step-0000003", ENCODER, "search/00002", METRICS):
         run_until(place, tiny(f"resume={path}" if path.exists() else f"folder={path}"), monkeypatch)
-    run(tiny(f"resume={path}"), given=False, opened=Opened())
+    run(tiny(f"resume={path}"), given=False, context=RunContext())
     assert_complete(path)
 
 
@@ -70,7 +70,7 @@ def test_no_tracker_leaves_nothing_and_a_missing_one_is_told_before_a_folder_is_
     monkeypatch.setattr(tracking.importlib.util, "find_spec", lambda name: None)
     for name, package in (("wandb", "wandb"), ("mlflow", "mlflow"), ("tensorboard", "'swarm-envs[discovery]'")):
         with pytest.raises(DiscoveryError, match=rf"^tracker={name}: .*; pip install {re.escape(package)}, or take tracker=none$"):
-            run(tiny(f"tracker={name}", f"folder={tmp_path / 'run'}"), given=True, opened=Opened())
+            run(tiny(f"tracker={name}", f"folder={tmp_path / 'run'}"), given=True, context=RunContext())
     assert list(tmp_path.iterdir()) == []
 
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from ribs.archives import ProximityArchive
 
-from discovery.search.unstructured_archive import EverythingArchive
+from discovery.search.unstructured_archive import UnstructuredArchive
 
 
-def filled(distance: str = "euclidean") -> tuple[EverythingArchive, ProximityArchive]:
-    ours = EverythingArchive(solution_dim=4, measure_dim=5, k_neighbors=3, distance=distance, initial_capacity=4, seed=1)
+def filled(distance: str = "euclidean") -> tuple[UnstructuredArchive, ProximityArchive]:
+    ours = UnstructuredArchive(solution_dim=4, measure_dim=5, k_neighbors=3, distance=distance, initial_capacity=4, seed=1)
     theirs = ProximityArchive(solution_dim=4, measure_dim=5, k_neighbors=3, novelty_threshold=0.0, initial_capacity=4, seed=1)
     rng = np.random.default_rng(0)
     for count in (6, 1, 20):

@@ -10,7 +10,7 @@ import pytest
 from discovery import load_run
 from discovery.clustering.medoids import cluster
 from discovery.clustering.wccn import covariance_within_groups
-from discovery.command import Opened, run
+from discovery.command import RunContext, run
 from discovery.errors import DiscoveryError
 from discovery.evaluation.frequency import random_searches, standardised_medoids
 from discovery.representations.affine import SHRINKAGE, AffineTransform
@@ -32,7 +32,7 @@ def with_wccn(*words: str) -> tuple[str, ...]:
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("chance") / "run"
-    run(tiny(*with_wccn(f"folder={path}"), simclr=False), given=True, opened=Opened())
+    run(tiny(*with_wccn(f"folder={path}"), simclr=False), given=True, context=RunContext())
     return path
 
 
@@ -95,7 +95,7 @@ def test_a_run_stopped_before_its_units_were_saved_ends_with_the_same_bits(
     path = tmp_path / "stopped"
     run_until(COVARIANCE, tiny(*with_wccn(f"folder={path}"), simclr=False), monkeypatch)
     (path / COVARIANCE).write_bytes(b"damaged")
-    run(tiny(*with_wccn(f"resume={path}"), simclr=False), given=False, opened=Opened())
+    run(tiny(*with_wccn(f"resume={path}"), simclr=False), given=False, context=RunContext())
     for name in (ARCHIVE, METRICS, COVARIANCE):
         assert (path / name).read_bytes() == (made / name).read_bytes(), name
     (path / COVARIANCE).unlink()
@@ -105,7 +105,7 @@ def test_a_run_stopped_before_its_units_were_saved_ends_with_the_same_bits(
 
 def test_units_of_chance_go_with_steady_medoids_of_a_tessellations_cells(tmp_path: Path) -> None:
     words = ("search=cvt_random", "search.warmup=2", "search.cells=10", "clustering.of=archive", "clustering.repeatable=2")
-    run(tiny(*with_wccn(*words, f"folder={tmp_path / 'run'}"), simclr=False), given=True, opened=Opened())
+    run(tiny(*with_wccn(*words, f"folder={tmp_path / 'run'}"), simclr=False), given=True, context=RunContext())
     found = load_run(tmp_path / "run")
     assert len(found.medoids) == 4
     assert len(found.metrics["repeatability"]["returned"]) == 4
@@ -116,13 +116,13 @@ def test_a_run_on_pairs_of_two_starts_that_was_stopped_makes_encoder_and_units_a
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     words, path = ("dataset.starts=2", "clustering.wccn=true", "clustering.medoids=4"), tmp_path / "stopped"
-    run(tiny(*words, f"folder={tmp_path / 'whole'}"), given=True, opened=Opened())
+    run(tiny(*words, f"folder={tmp_path / 'whole'}"), given=True, context=RunContext())
     run_until("training/step-0000003", tiny(*words, f"folder={path}"), monkeypatch)
     run_until(ARCHIVE, tiny(*words, f"resume={path}"), monkeypatch)
     (path / ENCODER).write_bytes(b"damaged")
     with open_folder(path) as folder:
         folder.write_tensors(COVARIANCE, {"covariance": np.eye(512)}, {"starts": 2})
-    run(tiny(*words, f"resume={path}"), given=False, opened=Opened())
+    run(tiny(*words, f"resume={path}"), given=False, context=RunContext())
     for name in (ARCHIVE, ENCODER, COVARIANCE):
         assert (path / name).read_bytes() == (tmp_path / "whole" / name).read_bytes(), name
 

@@ -15,7 +15,7 @@ from hydra import compose, initialize_config_dir
 import discovery
 from discovery.annotation.answers import open_answers
 from discovery.clustering.repeatability import STARTS
-from discovery.command import CONFIGS, Opened, run
+from discovery.command import CONFIGS, RunContext, run
 from discovery.errors import DiscoveryError
 from discovery.evaluation.frequency import Found
 from discovery.evaluation.groups import ASIDE, PERSONAL
@@ -71,7 +71,7 @@ class Runs:
         self.made.append(name)
         settings = open_folder(each.path).settings
         settings.resume = str(each.path)
-        run(settings, given=False, opened=Opened())
+        run(settings, given=False, context=RunContext())
 
 
 class Study:
@@ -199,7 +199,7 @@ def test_what_runs_share_is_made_once_and_the_result_is_as_if_made_anew(study: S
     alone = tmp_path / "alone"
     settings = open_folder(study.path("variants", "cosine", 0)).settings
     settings.folder, settings.resume = str(alone), None
-    run(settings, given=True, opened=Opened())
+    run(settings, given=True, context=RunContext())
     ours, theirs = discovery.load_run(study.path("variants", "cosine", 0)), discovery.load_run(alone)
     np.testing.assert_array_equal(ours.embeddings, theirs.embeddings)
     np.testing.assert_array_equal(ours.clusters.medoids, theirs.clusters.medoids)
@@ -228,7 +228,7 @@ def test_a_stage_that_a_run_has_begun_is_its_own_and_a_damaged_one_is_not_taken(
     first = open_folder(simclr.path).read_tensors("dataset/00000.safetensors")
     assert first is not None
     with make_folder(six.settings) as folder:
-        folder.write_tensors("dataset/00000.safetensors", first.tensors, first.facts)
+        folder.write_tensors("dataset/00000.safetensors", first.tensors, first.metadata)
         assert reuse_stages(folder, [damaged]).keys() == {"search"}
         assert "encoder.safetensors: not readable" in capsys.readouterr().err
         assert reuse_stages(folder, [simclr]).keys() == {"search", "encoder"}

@@ -13,13 +13,13 @@ from discovery.annotation.answers import read_labels
 from discovery.evaluation.frequency import count_behaviours, write_frequency
 from discovery.evaluation.groups import representation_name
 from discovery.evaluation.maps import lay_out_maps, write_maps
-from discovery.evaluation.representations import judge_representations, write_representations
+from discovery.evaluation.representations import score_representations, write_representations
 from discovery.evaluation.tables import write_json
 from discovery.evaluation.transfer import transfer
 from discovery.evaluation.transfer_tables import write_transfer
 from discovery.progress import stage
 from discovery.rollouts.simulator import Simulator
-from discovery.rollouts.test_set import HeldOut, draw_held_out
+from discovery.rollouts.test_set import LabelledTestSet, draw_test_set
 from discovery.runs.run_folder import read_manifest
 from discovery.saved_run import Run, load_run
 from docs.studies.discovery_of_behaviours.plan import Plan, Planned
@@ -87,9 +87,9 @@ class Evaluations:
         return Simulator(load_world(self.plan.target), settings.engine, settings.steps, self.threads)
 
     @cached_property
-    def test(self) -> HeldOut:
+    def test(self) -> LabelledTestSet:
         """The test set, drawn when first asked for."""
-        test = draw_held_out(self._simulator, self.plan.per_class, self.plan.most_draws, 0)
+        test = draw_test_set(self._simulator, self.plan.per_class, self.plan.most_draws, 0)
         return test if self.labels is None else test.relabelled(*read_labels(self.labels, test.fingerprint))
 
     def _groups(self, runs: Sequence[Planned]) -> dict[str, list[Run]]:
@@ -100,7 +100,7 @@ class Evaluations:
         return groups
 
     def _representations(self, folder: Path, runs: Sequence[Planned]) -> None:
-        write_representations(folder, judge_representations(self._groups(runs), self.test), self.test)
+        write_representations(folder, score_representations(self._groups(runs), self.test), self.test)
 
     def _maps(self, folder: Path, runs: Sequence[Planned]) -> None:
         write_maps(folder, lay_out_maps(self._groups(runs), self.test, ITERATIONS, 0), self.test)

@@ -90,7 +90,7 @@ def _copy(stage: str, donor: RunFolder, folder: RunFolder) -> bool:
     found = [(name, donor.read_tensors(name)) for name in names]
     for name, part in found:
         if part is not None:
-            folder.write_tensors(name, part.tensors, part.facts)
+            folder.write_tensors(name, part.tensors, part.metadata)
     if stage == "encoder" and (donor.path / JUDGEMENTS).exists():
         folder.write(JUDGEMENTS, (donor.path / JUDGEMENTS).read_bytes())
     return any(part is not None for _, part in found)

@@ -15,7 +15,7 @@ from discovery.evaluation.groups import FloatArray, mean_and_error
 from discovery.evaluation.tables import write_csv, write_figure, write_json
 from discovery.evaluation.triplets import confusion
 from discovery.representations.interface import embed_parts
-from discovery.rollouts.test_set import HeldOut
+from discovery.rollouts.test_set import LabelledTestSet
 from discovery.saved_run import load_run
 from docs.studies.discovery_of_behaviours.plan import Entry, Planned
 
@@ -53,7 +53,7 @@ class Variant:
         }
 
 
-def judge_variants(groups: Mapping[Entry, Sequence[Planned]], test: HeldOut) -> list[Variant]:
+def judge_variants(groups: Mapping[Entry, Sequence[Planned]], test: LabelledTestSet) -> list[Variant]:
     """Judge entries by their finished runs; a run's encoder is forgotten before the next is read."""
     judged = []
     for entry, planned in groups.items():
@@ -71,7 +71,7 @@ def judge_variants(groups: Mapping[Entry, Sequence[Planned]], test: HeldOut) -> 
     return judged
 
 
-def write_variants(folder: Path, judged: Sequence[Variant], test: HeldOut) -> None:
+def write_variants(folder: Path, judged: Sequence[Variant], test: LabelledTestSet) -> None:
     """Write ``variants.csv``, ``.json``, ``.png`` and ``.svg``."""
     classes = test.classes
     base = next((variant for variant in judged if variant.name == BASE), None)
