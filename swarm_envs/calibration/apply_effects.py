@@ -10,8 +10,10 @@ import dataclasses
 from collections.abc import Iterable, Iterator
 from typing import Any
 
+from swarm_envs.calibration.contact.candidates import EFFECTS as CONTACT_EFFECTS
 from swarm_envs.calibration.drive.candidates import DRIVE_CANDIDATES, SPREAD
 from swarm_envs.calibration.selection.causes import Cause, Estimate
+from swarm_envs.calibration.sensor.candidates import EFFECTS as SENSOR_EFFECTS
 from swarm_envs.worlds import Provenance, WorldSpec
 
 DRIVE_PLACES = {
@@ -21,21 +23,10 @@ DRIVE_PLACES = {
     if candidate.world
 }
 """Where a world has an effect's number, by the effect's and the parameter's name."""
-PLACES = DRIVE_PLACES | {
-    ("sensor_yaw", "yaw"): ("effects.sensor_yaw",),
-    ("missed_detections", "probability"): ("effects.missed_detections",),
-    ("misses_when_turning", "rate"): ("effects.misses_when_turning",),
-    ("false_detections", "probability"): ("effects.false_detections",),
-    ("sensor_delay", "delay"): ("effects.sensor_delay",),
-    ("detection_range", "range"): ("sensors.range",),
-    ("field_of_view", "half_angle"): ("sensors.half_angle",),
-    ("robot_friction", "coefficient"): ("contact.robot_friction",),
-    ("wall_friction", "coefficient"): ("contact.wall_friction",),
-    ("collision_radius", "radius"): ("body.contact_radius",),
-}
+PLACES = DRIVE_PLACES | {(effect.name, effect.parameter): (effect.place,) for effect in (*SENSOR_EFFECTS, *CONTACT_EFFECTS)}
 
 
-def extend(world: WorldSpec, causes: Iterable[Cause], source: str) -> WorldSpec:
+def apply_effects(world: WorldSpec, causes: Iterable[Cause], source: str) -> WorldSpec:
     """Return a world that carries exactly the named effects beside its own.
 
     What is wrong with the measurement and not with the robot (``marker_yaw``, ``clock_offset``) does not go in.

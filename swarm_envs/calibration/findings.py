@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from swarm_envs.calibration.apply_effects import extend
+from swarm_envs.calibration.apply_effects import apply_effects
 from swarm_envs.calibration.contact.identification import identify_contact
 from swarm_envs.calibration.drive.identification import Identified, identify
 from swarm_envs.calibration.logs.log import Log
@@ -106,11 +106,11 @@ def calibrate(log: str | Path | Log, world: str | Path | WorldSpec, progress: Ca
     rest = find_unlisted(log, found)
     found = found if rest is None else rest.remaining(found)
     seen = identify_sensor(log, spec, found, progress)
-    touched = identify_contact(log, spec, found.causes, progress)
+    touched = identify_contact(log, apply_effects(spec, found.causes, log.name), progress)
     causes = (*found.causes, *seen.causes, *touched.causes)
     wrong = criticise(residuals(log, found.start, found.robots))
     left = criticise(residuals(log, found.model, found.robots))
-    extended = extend(spec, causes, log.name)
+    extended = apply_effects(spec, causes, log.name)
     gain = heldout_gain(log, found.data, found.start.parameters, found.without, spec, extended)
     gain += swarm_gain(log, found.data, found.without, spec, extended, progress)
     notes = list(log.notes)

@@ -7,15 +7,14 @@ import dataclasses
 import numpy as np
 import pytest
 
-from swarm_envs import WorldSpec, load_world, rollouts
-from swarm_envs.calibration import Log, Track, calibrate
+from swarm_envs import WorldSpec, load_world
+from swarm_envs.calibration import calibrate
 from swarm_envs.calibration.drive.fitting import Model
 from swarm_envs.calibration.drive.measured import measured
 from swarm_envs.calibration.drive.parameters import drive_parameters
 from swarm_envs.calibration.validation.gain import Gain
 from swarm_envs.calibration.validation.swarm import controller_of, swarm_gain
-
-CONTROLLERS = np.array([[0.08, 0.6, 0.05, -1.2], [0.06, -0.8, 0.09, 0.3], [-0.07, 0.5, 0.08, 1.0], [0.09, 1.1, -0.06, 0.4]])
+from tests.calibration.simulated import CONTROLLERS, log_of
 
 
 def true_world() -> WorldSpec:
@@ -23,16 +22,6 @@ def true_world() -> WorldSpec:
     world = load_world("hero_plus", num_robots=6).with_effects(linear_gain=0.8, missed_detections=0.1)
     robots = tuple(dataclasses.replace(r, sensors=(dataclasses.replace(r.sensors[0], range=0.5),)) for r in world.robots)
     return world.replace(robots=robots)
-
-
-def log_of(world: WorldSpec, steps: int = 200) -> Log:
-    """A log of whole swarms, without noise."""
-    runs = rollouts(world, CONTROLLERS, steps=steps, seed=4)
-    tracks = []
-    for w, i in np.ndindex(len(runs), world.num_robots):
-        seen = runs.detections[w, :, i] > 0
-        tracks.append(Track(f"run_{w}", f"robot_{i}", runs.time, runs.poses[w, :, i], runs.time, runs.commands[w, :, i], runs.time, seen))
-    return Log("swarms", tuple(tracks), outline=world.arena.outline)
 
 
 @pytest.fixture(scope="module")

@@ -94,6 +94,7 @@ def perform(task: Task) -> Outcome:
     # imported here: the study's counting and its tests need no calibration
     from docs.studies.calibration.sides import runs_on_either_side
     from swarm_envs.calibration import read_log
+    from swarm_envs.calibration.apply_effects import apply_effects
     from swarm_envs.calibration.contact.identification import identify_contact
     from swarm_envs.calibration.drive.identification import identify
     from swarm_envs.calibration.residual.residual_dynamics import find_unlisted
@@ -118,7 +119,7 @@ def perform(task: Task) -> Outcome:
             rest = find_unlisted(measured, found)
             seen = identify_sensor(measured, world, found)
             causes = [cause for cause in found.causes if rest is None or cause.effect not in rest.instead_of]
-            touched = identify_contact(measured, world, causes)
+            touched = identify_contact(measured, apply_effects(world, causes, measured.name))
         except Exception:
             outcome.error = traceback.format_exc()
         else:

@@ -144,8 +144,8 @@ def run_sums(values: FloatArray, data: Measured) -> FloatArray:
     return sums
 
 
-def fit(model: Model, what: Sequence[Free], data: Measured, iterations: int = 15) -> Fit:
-    """Climb from a model to the likelihood's maximum.
+def maximise(model: Model, what: Sequence[Free], data: Measured, iterations: int = 15) -> Fit:
+    """Fit a model by Fisher scoring: climb to the likelihood's maximum.
 
     Args:
         model: Where to start.

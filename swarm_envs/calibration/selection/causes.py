@@ -1,13 +1,8 @@
-"""An effect that was named, with its numbers."""
+"""Effects that were named, with their numbers."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-
-SIGNIFICANT = 0.01
-"""Greatest p-value, corrected for the number of candidates, at which an effect is named."""
-CLOSE = 3.0
-"""Candidates whose log-likelihoods differ by less than this cannot be told apart."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +21,22 @@ class Cause:
     effect: str
     parameters: dict[str, Estimate]
     heldout_gain: float
-    """Log-likelihood gained on held-out poses when the effect is added to those named before, in nats."""
+    """Log-likelihood gained on held-out runs when the effect is added to those named before, in nats."""
     p_value: float
     """Of the effect being absent, corrected for the number of candidates tried."""
     explanation: str
+
+
+@dataclass(frozen=True)
+class Named:
+    """Which effects explain a part of a log."""
+
+    causes: tuple[Cause, ...]
+    indistinguishable: tuple[tuple[str, ...], ...]
+    """Groups of confounded effects, which these data cannot tell apart."""
+    rejected: tuple[tuple[str, float], ...]
+    """Effects tried last and not named, each with its corrected p-value."""
+
+
+NOTHING = Named((), (), ())
+"""Where a log has too little of what would show an effect."""

@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 
+from swarm_envs.calibration.apply_effects import apply_effects
 from swarm_envs.calibration.contact.identification import identify_contact
 from swarm_envs.calibration.drive.identification import identify
 from swarm_envs.calibration.errors import LogError
@@ -97,4 +98,6 @@ def leave_one_out(log: Log, world: WorldSpec, causes: Sequence[Cause], progress:
 
 def _causes(log: Log, world: WorldSpec) -> tuple[Cause, ...]:
     drive = identify(log, world)
-    return (*drive.causes, *identify_sensor(log, world, drive).causes, *identify_contact(log, world, drive.causes).causes)
+    sensor = identify_sensor(log, world, drive)
+    contact = identify_contact(log, apply_effects(world, drive.causes, log.name))
+    return (*drive.causes, *sensor.causes, *contact.causes)
