@@ -63,7 +63,8 @@ EFFECTS: tuple[ContactEffect, ...] = (
         "Walls rub on robots with a coefficient of {coefficient:.3g}.", FRICTIONS,
     ),
     ContactEffect(
-        "collision_radius", "radius", "body.contact_radius", "m", 1e-3, "Robots touch at {radius:.3g} m from the centre.", RADII, relative=True
+        "collision_radius", "radius", "body.contact_radius", "m", 1e-3,
+        "Robots touch at {radius:.3g} m from the centre.", RADII, relative=True,
     ),
 )  # fmt: skip
 """Numbers of contact, in the order in which they are tried."""
