@@ -44,6 +44,14 @@ def keep_signs(app: Any, what: str, name: str, obj: Any, options: Any, lines: li
     lines[:] = [re.sub(r"(?<=\S )\*(?=[ =])", r"\\*", line.replace("|", "\\|")) for line in lines]
 
 
+def keep_sentences(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
+    """Put a field's sentence together again where napoleon took what stands before its colon for a type."""
+    for place, line in enumerate(lines):
+        if what == "attribute" and line.startswith(":type: "):
+            lines[:] = [f"{line.removeprefix(':type: ')}: {lines[0]}", *lines[1:place], *lines[place + 1 :]]
+            return
+
+
 def tell_declaration(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
     """Add a declared number's unit and bounds to its sentence."""
     if what == "attribute" and (told := declared(name)):
@@ -63,4 +71,5 @@ def setup(app: Any) -> None:
     """Connect what this file adds to Sphinx."""
     app.connect("build-finished", make_reachable)
     app.connect("autodoc-process-docstring", keep_signs, priority=400)
-    app.connect("autodoc-process-docstring", tell_declaration)
+    app.connect("autodoc-process-docstring", keep_sentences, priority=600)  # after napoleon's 500
+    app.connect("autodoc-process-docstring", tell_declaration, priority=700)
