@@ -9,7 +9,7 @@ GUIDES := $(VENV)/guides/benchmarl/installed $(VENV)/guides/rllib/installed
 # Packages of docs/studies: make study-NAME, with the study's own arguments in ARGS
 STUDIES := discovery_of_behaviours calibration calibration_of_real_robots wall_following_and_milling task_rewards
 
-.PHONY: help discover test guide-packages lint format bench $(STUDIES:%=study-%) paper-study calibration-study study-walls firmware firmware-test firmware-fuzz hardware docs clean
+.PHONY: help discover test tests-in-parallel guide-packages lint style types format bench $(STUDIES:%=study-%) paper-study calibration-study study-walls firmware firmware-test firmware-fuzz hardware docs clean
 
 help:
 	@echo "make discover   from nothing to a report of ten discovered behaviours (ARGS=\"experiment=paper seed=3\")"
@@ -30,16 +30,24 @@ help:
 discover: $(VENV)/installed-discovery
 	@$(BIN)/python -m discovery $(ARGS)
 
-test: lint
+# Types are checked beside the tests: one core idles while the first file or the site is made. What measures processes by the clock is last.
+test: style
 	@$(MAKE) --no-print-directory guide-packages || echo "not installed: the tests of the guide to BenchMARL and RLlib are skipped" >&2
-	$(BIN)/python -m pytest -n auto --dist worksteal -q -m "not real_time"
+	@$(MAKE) --no-print-directory -j2 types tests-in-parallel
 	$(BIN)/python -m pytest -q -m real_time
+
+tests-in-parallel: $(VENV)/installed-dev
+	$(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder -q -m "not real_time"
 
 guide-packages: $(GUIDES)
 
-lint: $(VENV)/installed-dev
+lint: style types
+
+style: $(VENV)/installed-dev
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+
+types: $(VENV)/installed-dev
 	$(BIN)/mypy
 
 format: $(VENV)/installed-dev

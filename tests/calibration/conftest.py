@@ -7,14 +7,17 @@ from pathlib import Path
 import pytest
 
 from tests.calibration.guide import bash, python
+from tests.made_once import made_once
 
 
 @pytest.fixture(scope="session")
 def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder in which the log of the guide's first snippet was calibrated by its second."""
-    folder = tmp_path_factory.mktemp("guide")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(folder)
-        python(0)
-        bash(0)
-    return folder
+
+    def make(folder: Path) -> None:
+        with pytest.MonkeyPatch.context() as patch:
+            patch.chdir(folder)
+            python(0)
+            bash(0)
+
+    return made_once(tmp_path_factory, "guide", make)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -36,9 +37,10 @@ def test_the_python_snippet_runs(place: Path, monkeypatch: pytest.MonkeyPatch) -
     assert "linear_gain" in {cause.effect for cause in names["findings"].causes}
 
 
-def test_the_example_of_a_log_yaml_is_read(place: Path) -> None:
-    (place / "my_log" / "log.yaml").write_text(snippet("yaml", 0))
-    log = read_log(place / "my_log")
+def test_the_example_of_a_log_yaml_is_read(place: Path, tmp_path: Path) -> None:
+    shutil.copytree(place / "my_log", tmp_path / "my_log")
+    (tmp_path / "my_log" / "log.yaml").write_text(snippet("yaml", 0))
+    log = read_log(tmp_path / "my_log")
     assert log.outline is not None
     assert not log.driver_units
 

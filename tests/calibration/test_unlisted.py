@@ -20,6 +20,8 @@ from swarm_envs.calibration.residual.smoothing import smooth_corrections
 pytest.importorskip("docs.studies.calibration.generator")
 from docs.studies.calibration.generator import generate_log
 
+pytestmark = pytest.mark.slow
+
 UNLISTED = {
     "slippery_patch": ("forward speed", "place"),
     "magnetic_stripe": ("turn rate", "place"),

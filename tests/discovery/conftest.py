@@ -12,14 +12,17 @@ import pytest
 
 from discovery.command import RunContext, run
 from tests.discovery.tiny_run import tiny
+from tests.made_once import made_once
 
 
 @pytest.fixture(scope="session")
 def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of a finished tiny run."""
-    path = tmp_path_factory.mktemp("discovery") / "finished"
-    run(tiny(f"folder={path}"), given=True, context=RunContext())
-    return path
+
+    def make(folder: Path) -> None:
+        run(tiny(f"folder={folder / 'run'}"), given=True, context=RunContext())
+
+    return made_once(tmp_path_factory, "finished", make) / "run"
 
 
 @pytest.fixture
@@ -35,7 +38,7 @@ def command(tmp_path: Path) -> Callable[..., subprocess.CompletedProcess[str]]:
             env=environment,
             capture_output=True,
             text=True,
-            timeout=120,
+            timeout=600,
             check=False,
         )
 

@@ -34,6 +34,8 @@ from tests.discovery.tiny_run import tiny
 pytest.importorskip("aiohttp", reason="aiohttp is absent: pip install swarm-envs[fleet]")
 from discovery.annotation.server import AnnotationPage
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:

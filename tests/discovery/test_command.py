@@ -13,6 +13,8 @@ from discovery.command import RunContext, run
 from discovery.errors import DiscoveryError
 from tests.discovery.tiny_run import TINY, tiny
 
+pytestmark = pytest.mark.slow
+
 Command = Callable[..., subprocess.CompletedProcess[str]]
 
 

@@ -25,6 +25,8 @@ from swarm_envs.behaviours import label
 from swarm_envs.worlds import load_world
 from tests.discovery.tiny_run import tiny
 
+pytestmark = pytest.mark.slow
+
 CLASSES = ["a", "b", "c"]
 
 
@@ -165,6 +167,7 @@ def test_the_command_counts_behaviours_among_medoids_and_by_simpler_ways(runs: l
 def test_runs_of_different_worlds_are_not_compared(runs: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     other = str(tmp_path / "other")
     run(tiny("world=unrefined", "representation=hand_crafted", f"folder={other}", simclr=False), given=True, context=RunContext())
+    capsys.readouterr()  # a run that takes long has shown its progress
     assert main(["behaviours", runs[0], other, "--out", str(tmp_path / "out")]) == 1
     assert capsys.readouterr().err == (
         "discovery.evaluation: the runs differ in world, engine or steps; evaluate those of one world together\n"

@@ -22,6 +22,8 @@ from swarm_envs.worlds import load_world
 from tests.browser import headless_chromium
 from tests.discovery.tiny_run import tiny
 
+pytestmark = pytest.mark.slow
+
 AXE = Path(__file__).parents[2] / "docs" / "playground" / "node_modules" / "axe-core" / "axe.min.js"
 
 

@@ -25,7 +25,7 @@ TINIER = (
 )  # fmt: skip
 BEGINNINGS = {"dataset": MANIFEST, "training": part_name("dataset", 3), "search": ENCODER, "report": part_name("search", 3)}
 """The file with which each stage begins."""
-SECONDS = 60.0
+SECONDS = 600.0
 """Longest time that a run may take before it counts as stuck."""
 
 

@@ -29,6 +29,8 @@ from swarm_envs.worlds import load_world
 from tests.discovery.stopping import run_until
 from tests.discovery.tiny_run import tiny
 
+pytestmark = pytest.mark.slow
+
 SMALL = {
     "hand_crafted": (),
     "hand_crafted_standardised": (),

@@ -22,6 +22,8 @@ from swarm_envs.worlds import load_world
 from tests.discovery.stopping import run_until
 from tests.discovery.tiny_run import tiny
 
+pytestmark = pytest.mark.slow
+
 WORDS = ("dataset.starts=2", "clustering.wccn=true", "representation=hand_crafted", "clustering.medoids=4", "search.generations=4")
 
 

@@ -21,11 +21,13 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_a_network_that_never_answers_is_given_up_within_five_seconds(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(socket, "getaddrinfo", lambda *_, **__: time.sleep(30))
+    assert imagenet.CONNECT_SECONDS + 0.5 < 5
+    monkeypatch.setattr(imagenet, "CONNECT_SECONDS", 0.1)  # a busy machine adds what it likes to any wait, so the wait itself is short here
+    monkeypatch.setattr(socket, "getaddrinfo", lambda *_, **__: time.sleep(120))
     start = time.monotonic()
     with pytest.raises(NoWeightsError, match="does not answer"):
         imagenet_weights()
-    assert time.monotonic() - start < 5
+    assert time.monotonic() - start < 60, "it waited for the network"
 
 
 def test_no_network_is_said_at_once(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,6 +9,8 @@ from typing import Any
 
 import pytest
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parents[2]
 AXE = ROOT / "docs" / "playground" / "node_modules" / "axe-core" / "axe.min.js"
 PAGES = ("index", "atlas", "environments/milling", "worlds/hero_plus", "guides/own_world")

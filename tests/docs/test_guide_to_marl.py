@@ -17,6 +17,8 @@ from packaging.utils import canonicalize_name
 
 from tests.docs.test_guides import PAGES, ROOT, run, snippets
 
+pytestmark = pytest.mark.slow
+
 LIBRARIES = {"benchmarl": ("benchmarl", ""), "rllib": ("ray", "rllib")}
 """Package and extra of each library of the guide."""
 

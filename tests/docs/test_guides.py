@@ -71,7 +71,7 @@ def environment(root: Path) -> dict[str, str]:
 
 
 def run(command: list[str], folder: Path, root: Path, **more: str) -> str:
-    ended = subprocess.run(command, cwd=folder, env=environment(root) | more, capture_output=True, text=True, timeout=240, check=False)
+    ended = subprocess.run(command, cwd=folder, env=environment(root) | more, capture_output=True, text=True, timeout=1200, check=False)
     assert ended.returncode == 0, ended.stdout[-2000:] + ended.stderr[-2000:]
     return ended.stdout
 

@@ -24,6 +24,8 @@ from hardware.dimensions import Hardware, hardware
 from hardware.export import export
 from swarm_envs.worlds import load_world
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parents[2]
 
 
@@ -85,7 +87,7 @@ def test_a_picture_is_drawn_without_a_display(tmp_path: Path) -> None:
         "from build123d import Box; from pathlib import Path; from hardware.render import Body, draw; "
         f"draw([Body(Box(10, 10, 10), (1, 0, 0))], Path({str(tmp_path / 'box.png')!r}), size=(80, 60))"
     )
-    run = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, timeout=50)
+    run = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, timeout=600)
     if run.returncode < 0 or "no working EGL or OSMesa" in run.stderr:
         pytest.skip("this machine has no off-screen OpenGL (Debian: libegl1 libgl1-mesa-dri)")
     assert run.returncode == 0, run.stderr

@@ -17,6 +17,8 @@ from hypothesis import strategies as st
 from swarm_envs import Simulation, WorldError, load_world, world_names
 from swarm_envs.worlds.load import WORLDS
 
+pytestmark = pytest.mark.slow
+
 JUNK: list[Any] = [None, "", "x", True, -1, 0, 1e-12, 1e9, math.nan, math.inf, [], [1], {}, {"value": 1}, [[0, 0]], "hero_plus"]
 
 

@@ -25,7 +25,7 @@ def build(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_the_core_passes_its_tests_under_sanitizers(build: Path) -> None:
-    done = subprocess.run([build / "hero_tests"], capture_output=True, text=True, check=False, timeout=100)
+    done = subprocess.run([build / "hero_tests"], capture_output=True, text=True, check=False, timeout=600)
     assert done.returncode == 0, done.stdout + done.stderr
     found = re.search(r"(\d+) checks, 0 failures", done.stdout)
     assert found is not None
@@ -44,7 +44,7 @@ def test_the_core_passes_its_tests_on_the_robots_cpu(machine: str, tmp_path: Pat
 
 
 def test_fuzzed_frames_do_no_harm_under_sanitizers(build: Path) -> None:
-    done = subprocess.run([build / "fuzz_seeded", str(FUZZ_FRAMES)], capture_output=True, text=True, check=False, timeout=300)
+    done = subprocess.run([build / "fuzz_seeded", str(FUZZ_FRAMES)], capture_output=True, text=True, check=False, timeout=600)
     assert done.returncode == 0, done.stdout + done.stderr
     assert f"{FUZZ_FRAMES} frames, no fault" in done.stdout
 
@@ -58,7 +58,7 @@ def test_the_libfuzzer_target_builds_and_runs(build: Path) -> None:
     assert made.returncode == 0, made.stderr
     # libFuzzer reads its peak memory with what the process that started it had peaked at, torch and all: no limit on that
     command = [build / "fuzz_frame", "-runs=50000", "-max_len=180", "-seed=1", "-rss_limit_mb=0"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=200)
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=600)
     assert done.returncode == 0, done.stderr[-2000:]
 
 

@@ -65,7 +65,7 @@ def test_topics_poses_and_stop_cross_the_bridge(ros: dict[str, str], serving: Se
     bridge = subprocess.Popen([SYSTEM_PYTHON, ros_bridge.__file__, str(session_path(fleet_path))], env=ros)
     try:
         listener = Path(__file__).with_name("ros_listener.py")
-        done = subprocess.run([SYSTEM_PYTHON, str(listener)], env=ros, capture_output=True, text=True, check=False, timeout=60)
+        done = subprocess.run([SYSTEM_PYTHON, str(listener)], env=ros, capture_output=True, text=True, check=False, timeout=600)
         assert done.returncode == 0, done.stderr
         assert bridge.poll() is None
     finally:
