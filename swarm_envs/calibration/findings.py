@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import warnings
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -15,7 +16,7 @@ from swarm_envs.calibration.drive.identification import Identified, identify
 from swarm_envs.calibration.logs.log import Log
 from swarm_envs.calibration.logs.reading import read_log
 from swarm_envs.calibration.residual.criticism import Discrepancy, criticise
-from swarm_envs.calibration.residual.residual_dynamics import Unlisted, find_unlisted
+from swarm_envs.calibration.residual.residual_dynamics import ResidualDynamics, find_residual_dynamics
 from swarm_envs.calibration.residual.residuals import residuals
 from swarm_envs.calibration.selection.causes import Cause
 from swarm_envs.calibration.sensor.identification import identify_sensor
@@ -46,7 +47,7 @@ class Findings:
     """Effects that were tried and not named, with their p-values."""
     unexplained: Discrepancy | None
     """The largest dependence that is left with all named effects, if any is certain."""
-    unlisted: Unlisted | None
+    residual_dynamics: ResidualDynamics | None
     """That dependence as smooth functions, where correcting it predicts held-out runs better."""
     gain: tuple[Gain, ...]
     """Before and after, on held-out runs."""
@@ -57,8 +58,14 @@ class Findings:
     notes: tuple[str, ...]
     """Sentences that a reader should know."""
 
+    @property
+    def unlisted(self) -> ResidualDynamics | None:
+        """Deprecated name of :attr:`residual_dynamics`."""
+        warnings.warn("Findings.unlisted is called residual_dynamics", DeprecationWarning, stacklevel=2)
+        return self.residual_dynamics
+
     def to_json(self) -> str:
-        """Return the content of ``findings.json``."""
+        """Return the content of ``findings.json``; residual dynamics keep their first name there, ``unlisted``."""
         causes = [
             {
                 "effect": cause.effect,
@@ -81,7 +88,7 @@ class Findings:
             "indistinguishable": [list(group) for group in self.indistinguishable],
             "rejected": [{"effect": name, "p_value": p} for name, p in self.rejected],
             "unexplained": unexplained,
-            "unlisted": None if self.unlisted is None else self.unlisted.to_document(),
+            "unlisted": None if self.residual_dynamics is None else self.residual_dynamics.to_document(),
             "gain": [asdict(entry) for entry in self.gain],
             "extended_world": "extended.yaml",
         }
@@ -103,7 +110,7 @@ def calibrate(log: str | Path | Log, world: str | Path | WorldSpec, progress: Ca
     spec = load_world(world)
     log = read_log(log) if isinstance(log, str | Path) else log
     found = identify(log, spec, progress)
-    rest = find_unlisted(log, found)
+    rest = find_residual_dynamics(log, found)
     found = found if rest is None else rest.remaining(found)
     seen = identify_sensor(log, spec, found, progress)
     touched = identify_contact(log, apply_effects(spec, found.causes, log.name), progress)
@@ -119,7 +126,7 @@ def calibrate(log: str | Path | Log, world: str | Path | WorldSpec, progress: Ca
     return Findings(
         spec=spec, log=log, discrepancies=tuple(_largest(wrong)), causes=causes,
         indistinguishable=(*found.indistinguishable, *seen.indistinguishable, *touched.indistinguishable),
-        rejected=(*found.rejected, *seen.rejected, *touched.rejected), unlisted=rest,
+        rejected=(*found.rejected, *seen.rejected, *touched.rejected), residual_dynamics=rest,
         unexplained=rest.discrepancy if rest is not None else left[0] if left else None, gain=tuple(gain),
         extended=extended, identified=found, notes=tuple(notes),
     )  # fmt: skip

@@ -15,7 +15,8 @@ from swarm_envs import load_world
 from swarm_envs.calibration import LogError, read_log
 from swarm_envs.calibration.progress import share_after
 from swarm_envs.calibration.report.figures import binned
-from swarm_envs.calibration.report.page import _stable
+from swarm_envs.calibration.report.page import _stable, _view
+from swarm_envs.calibration.report.replays import Replay
 from swarm_envs.calibration.selection.causes import Cause, Estimate
 from swarm_envs.calibration.validation import leave_one_out as stability
 
@@ -104,6 +105,28 @@ def test_each_replay_holds_what_was_measured_and_both_predictions(report: str, p
         assert min(np.hypot(*(measured[-1, :2] - end)) for end in ends) < 0.01
         # the robots drive as the calibrated world says, to the end of the run
         assert np.hypot(*(after - measured)[-1, :2]) < 0.2 * np.hypot(*(before - measured)[-1, :2])
+
+
+def driven(run: str, *ends: tuple[float, float]) -> Replay:
+    """A robot that drives from the origin to an end each, as measured, before and after."""
+    share = np.linspace(0, 1, 20)[:, None, None]
+    measured, before, after = (share * np.array([*end, 0.0]) for end in ends)
+    return Replay(run, measured, before, after, np.zeros((20, 1)))
+
+
+def test_every_robot_of_a_replay_is_seen_whole() -> None:
+    radius = 0.06
+    for replay in (driven("near", (0.3, 0.1), (0.5, -0.2), (0.3, 0.1)), driven("far", (9.0, 0.1), (4.0, -8.0), (9.1, 0.1))):
+        left, bottom, side = _view(replay, None, radius)
+        mark = 1.6 * max(radius, side / 60)
+        places = np.concatenate([path[..., :2].reshape(-1, 2) for path in (replay.measured, replay.before, replay.after)])
+        assert np.all(places - mark >= [left, bottom])
+        assert np.all(places + mark <= [left + side, bottom + side])
+
+
+def test_a_prediction_that_is_far_off_does_not_make_what_was_measured_tiny() -> None:
+    _, _, side = _view(driven("off", (0.5, 0.0), (80.0, 3.0), (0.5, 0.0)), None, 0.06)
+    assert side < 2.5
 
 
 def test_means_and_their_intervals_are_those_of_like_windows() -> None:

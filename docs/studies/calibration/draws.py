@@ -97,7 +97,7 @@ def perform(task: Task) -> Outcome:
     from swarm_envs.calibration.apply_effects import apply_effects
     from swarm_envs.calibration.contact.identification import identify_contact
     from swarm_envs.calibration.drive.identification import identify
-    from swarm_envs.calibration.residual.residual_dynamics import find_unlisted
+    from swarm_envs.calibration.residual.residual_dynamics import find_residual_dynamics
     from swarm_envs.calibration.sensor.identification import identify_sensor
     from swarm_envs.worlds import load_world
 
@@ -116,7 +116,7 @@ def perform(task: Task) -> Outcome:
             if outcome.extra is not None and DEPENDS_ON[outcome.extra] == "place":
                 outcome.sides = list(runs_on_either_side(measured, drawn_extra(outcome.extra, task.seed)))
             found = identify(measured, world)
-            rest = find_unlisted(measured, found)
+            rest = find_residual_dynamics(measured, found)
             seen = identify_sensor(measured, world, found)
             causes = [cause for cause in found.causes if rest is None or cause.effect not in rest.instead_of]
             touched = identify_contact(measured, apply_effects(world, causes, measured.name))

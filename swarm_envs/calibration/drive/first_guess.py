@@ -15,7 +15,7 @@ LIKELY = (0.05, 20.0)
 """Gains beyond these say that commands are not in SI units."""
 
 
-def rough_gains(log: Log, base: FloatArray) -> tuple[float, float]:
+def initial_gains(log: Log, base: FloatArray) -> tuple[float, float]:
     """Return the ratios of measured to predicted motion over one second, forward and turning; NaN where none was commanded.
 
     Args:
@@ -55,7 +55,7 @@ def _ratio(pairs: FloatArray) -> float:
     return float(np.median(done[large] / asked[large])) if large.sum() > 3 and np.abs(asked).max() > 1e-6 else float("nan")
 
 
-def rough_noise(data: Measured) -> FloatArray:
+def initial_noise(data: Measured) -> FloatArray:
     """Return a first guess of the noise (5,) from third differences, which smooth motion hardly has."""
     thirds = np.diff(data.poses, 3, axis=0)
     sd = np.maximum(np.median(np.abs(thirds), axis=0) / 0.6745 / np.sqrt(20.0), (1e-5, 1e-5, 1e-4))

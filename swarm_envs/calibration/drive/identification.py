@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from swarm_envs.calibration.drive.candidates import BY_NAME, SPREAD
-from swarm_envs.calibration.drive.first_guess import in_other_units, rough_gains, rough_noise
+from swarm_envs.calibration.drive.first_guess import in_other_units, initial_gains, initial_noise
 from swarm_envs.calibration.drive.fitting import Fit, Model
 from swarm_envs.calibration.drive.intervals import Intervals
 from swarm_envs.calibration.drive.likelihood import TRIED, DriveLikelihood
@@ -97,12 +97,12 @@ def identify(log: Log, world: WorldSpec, progress: Progress = lambda text: None)
 def _start(log: Log, world: WorldSpec) -> _Start:
     """Fit the noise alone, or with the gains where commands are far from SI units."""
     data, base = measured(log), drive_parameters(world)
-    gains = rough_gains(log, base)
+    gains = initial_gains(log, base)
     known = [name for name, gain in zip(GAINS, gains, strict=True) if np.isfinite(gain)]
     first = tuple(known) if in_other_units(log, gains) else ()
     if first:
         base[[INDEX[name] for name in GAINS]] *= [gain if np.isfinite(gain) else 1.0 for gain in gains]
-    noise = rough_noise(data)
+    noise = initial_noise(data)
     likelihood = DriveLikelihood(data, base, noise)
     model = Model(base, noise, np.ones((len(data.robots), 2)))
     fit = likelihood.fit_noise(model)

@@ -12,7 +12,7 @@ from swarm_envs.calibration.drive.parameters import INDEX, as_drives
 from swarm_envs.calibration.logs.log import Track
 
 
-def delivered(track: Track, model: Model, robot: int) -> Track:
+def without_lost_commands(track: Track, model: Model, robot: int) -> Track:
     """Return a track without the commands that seem to have been lost, where the model says that some are.
 
     What a lost command does is chance: left in, it would look like an error that depends on the command.

@@ -26,7 +26,7 @@ from swarm_envs.worlds import Effects, WorldError, WorldSpec
 TICK = 0.05
 """Tick in s of the simulations; a stride of the windows is a whole number of them."""
 OPEN = 1000.0
-"""Half the side in m of the hall that stands for an arena without known walls."""
+"""Half the side in m of the spec that stands for an arena without known walls."""
 ASTRAY = 0.05
 """Largest share of poses that may lie outside the outline before it is held to be wrong."""
 Errors = dict[float, dict[tuple[str, str], WindowErrors]]
@@ -45,7 +45,7 @@ class Motion:
     """Measured heading minus the robot's, in rad."""
 
 
-def enclosed_world(world: WorldSpec, outline: Sequence[tuple[float, float]] | None, robots: int) -> WorldSpec:
+def arena_world(world: WorldSpec, outline: Sequence[tuple[float, float]] | None, robots: int) -> WorldSpec:
     """Return a world's bodies and contact inside an outline, with a drive that does exactly what it is told.
 
     Raises:
@@ -94,7 +94,7 @@ def replay(world: WorldSpec, moved: Motion, first: IntArray, start: FloatArray, 
     """Return the poses (ticks + 1, W, R, 3) of W windows as a tracker would measure them.
 
     Args:
-        world: From :func:`enclosed_world`.
+        world: From :func:`arena_world`.
         moved: What the drives do.
         first: (W,) tick at which each window starts.
         start: (W, R, 3) measured poses there.
@@ -115,7 +115,7 @@ def replay(world: WorldSpec, moved: Motion, first: IntArray, start: FloatArray, 
     return out
 
 
-def enclosed_errors(
+def arena_errors(
     log: Log, world: WorldSpec, parameters: FloatArray, gains: Mapping[str, FloatArray] | None = None, runs: Iterable[str] | None = None
 ) -> Errors:
     """Return the errors at the ends of windows that start at the same times for all robots of a run.
@@ -150,8 +150,8 @@ def enclosed_errors(
                 continue
             own = np.flatnonzero(present)
             part = Motion(moved.speed[:, own], moved.drift[:, own], moved.marker_yaw)
-            hall = enclosed_world(world, log.outline, len(own))
-            simulated = replay(hall, part, kept * round(STRIDE / TICK), pose[kept][:, own], ticks)
+            spec = arena_world(world, log.outline, len(own))
+            simulated = replay(spec, part, kept * round(STRIDE / TICK), pose[kept][:, own], ticks)
             for column, robot in enumerate(own):
                 for horizon in HORIZONS:
                     errors = _errors(tracks[robot], starts[kept], horizon, simulated[round(horizon / TICK), :, column])

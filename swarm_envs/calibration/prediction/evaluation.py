@@ -12,7 +12,7 @@ from swarm_envs.calibration.drive.parameters import drive_parameters
 from swarm_envs.calibration.errors import LogError
 from swarm_envs.calibration.logs.log import Log, Track, tracked
 from swarm_envs.calibration.logs.reading import read_log
-from swarm_envs.calibration.prediction.arena import enclosed_errors
+from swarm_envs.calibration.prediction.arena import arena_errors
 from swarm_envs.calibration.prediction.windows import HORIZONS, WindowErrors, rms, window_errors
 from swarm_envs.worlds import WorldSpec, load_world
 
@@ -31,7 +31,7 @@ def predictor(
     """
     if log.outline is None:
         return lambda track, horizon: window_errors(parameters, track, horizon, None if gains is None else gains.get(track.robot))
-    known = enclosed_errors(log, world, parameters, gains, runs)
+    known = arena_errors(log, world, parameters, gains, runs)
     nothing = WindowErrors(np.empty(0), np.empty(0), np.empty(0))
     return lambda track, horizon: known[horizon].get((track.run, track.robot), nothing)
 

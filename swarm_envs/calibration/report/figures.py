@@ -24,7 +24,7 @@ BINS = 8
 PANELS = 6
 """Discrepancies shown at most."""
 UNITS = {"time since a start": "s", "time in the run": "s", "heading": "rad"}
-"""Units of the circumstances in which a channel may err."""
+"""Units of the covariates in which a channel may err."""
 RC: Any = {
     "svg.fonttype": "none", "font.family": "sans-serif", "font.size": 11, "text.color": INK, "axes.edgecolor": INK, "axes.labelcolor": INK,
     "xtick.color": INK, "ytick.color": INK, "axes.spines.top": False, "axes.spines.right": False, "figure.facecolor": "none",
@@ -34,10 +34,10 @@ RC: Any = {
 
 @dataclass(frozen=True)
 class Binned:
-    """Means of groups of windows that are alike in one circumstance."""
+    """Means of groups of windows that are alike in one covariate."""
 
     centres: FloatArray
-    """(B,) mean circumstance."""
+    """(B,) mean covariate."""
     means: FloatArray
     """(B,) mean error."""
     half_widths: FloatArray
@@ -82,7 +82,7 @@ def discrepancy_figure(before: Residuals, after: Residuals, entries: Sequence[Di
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
-    shown = [entry for entry in entries if entry.depends_on in before.circumstances][:PANELS]
+    shown = [entry for entry in entries if entry.depends_on in before.covariates][:PANELS]
     if not shown:
         return ""
     columns = min(3, len(shown))
@@ -95,7 +95,7 @@ def discrepancy_figure(before: Residuals, after: Residuals, entries: Sequence[Di
         for axis, entry in zip(axes, shown, strict=False):
             row = list(CHANNELS).index(entry.channel)
             for found, colour, label, shape in ((before, BEFORE, "before", "o"), (after, AFTER, "after", "s")):
-                values = found.circumstances[entry.depends_on]
+                values = found.covariates[entry.depends_on]
                 means = binned(values, found.errors[:, row], 16 if entry.depends_on in ("place", "robot") else BINS)
                 axis.errorbar(
                     means.centres, means.means, means.half_widths, fmt=f"{shape}-", color=colour, ms=4, lw=1, capsize=2, label=label

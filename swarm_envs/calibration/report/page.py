@@ -33,6 +33,8 @@ LOOKED_AT = (
     Discrepancy("turn rate", "commanded turn rate", 0.0, "rad/s", 1.0),
 )
 """What is drawn where no dependence is certain by itself."""
+HEADING_MARK, SMALLEST = 1.6, 60
+"""Length in radii of the line that shows a robot's heading, and the least radii along a side, as in report.js."""
 VARY = "repeat the drives with speeds, turns, pauses and starts varied independently of each other"
 
 
@@ -102,7 +104,7 @@ def _wrong(findings: Findings) -> str:
     )
     figure = (
         f'<figure><div class="scroll">{picture}</div><figcaption>Measured minus predicted motion over windows of half a second: means of '
-        "windows alike in one circumstance, with 95 % intervals. A right world lies on zero.</figcaption></figure>"
+        "windows alike in what it depends on, with 95 % intervals. A right world lies on zero.</figcaption></figure>"
         if picture
         else ""
     )
@@ -122,29 +124,29 @@ def _because(findings: Findings) -> str:
     groups = "".join(
         f"<li>{_text(' or '.join(group))}. To separate them: {_separating(group)}.</li>" for group in findings.indistinguishable
     )
-    alike = f"<h3>What these data cannot tell apart</h3><ul>{groups}</ul>" if groups else ""
+    alike = f"<h3>What these data cannot tell apart: confounded effects</h3><ul>{groups}</ul>" if groups else ""
     left = findings.unexplained
     rest = (
         "<p>No certain departure is left.</p>" if left is None
         else f"<p>Unexplained: the {_text(left.channel)} still depends on {_text(_depends(left))}, "
         f"{_quantity(left.size, left.unit)} rms, p {_p(left.p_value)}.</p>"
     )  # fmt: skip
-    rest += _unlisted(findings)
+    rest += _residual_dynamics(findings)
     tried = ", ".join(f"{name} (p {_p(p)})" for name, p in findings.rejected)
     rejected = f"<details><summary>Tried and not named</summary><p>{_text(tried)}</p></details>" if tried else ""
     return f"<h2>Because of this</h2>{table}{alike}{rest}{rejected}"
 
 
-def _unlisted(findings: Findings) -> str:
-    rest = findings.unlisted
+def _residual_dynamics(findings: Findings) -> str:
+    rest = findings.residual_dynamics
     if rest is None or not rest.heldout:
         return ""
     end = rest.heldout[-1]
     place = f"from {_quantity(end.position_before, 'm')} to {_quantity(end.position_after, 'm')}"
     heading = f"from {_quantity(end.heading_before, 'rad')} to {_quantity(end.heading_after, 'rad')}"
-    instead = f" It takes the place of {_text(', '.join(rest.instead_of))}." if rest.instead_of else ""
+    instead = f" They take the place of {_text(', '.join(rest.instead_of))}." if rest.instead_of else ""
     return (
-        "<p>As a function of that (effect <code>unlisted</code> in findings.json) it takes the error after "
+        "<p>The residual dynamics as a function of that (<code>unlisted</code> in findings.json) take the error after "
         f"{end.horizon_s:g} s on held-out runs {place} and {heading}.{instead}</p>"
     )
 
@@ -221,15 +223,10 @@ def _replays(findings: Findings) -> str:
 
 
 def _player(replay: Replay, findings: Findings) -> str:
-    seen = replay.measured[..., :2][replay.missing == 0]
-    outline = findings.log.outline
-    corners = np.array(outline) if outline is not None else seen
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    side = float(1.15 * (high - low).max() + 0.05)
-    left, bottom = 0.5 * (low + high) - 0.5 * side
+    outline, radius = findings.log.outline, findings.extended.robots[0].body.contact_radius
+    left, bottom, side = _view(replay, outline, radius)
     content = {
-        "step": STEP, "left": round(float(left), 4), "bottom": round(float(bottom), 4), "side": round(side, 4),
-        "radius": findings.extended.robots[0].body.contact_radius, "outline": outline,
+        "step": STEP, "left": round(left, 4), "bottom": round(bottom, 4), "side": round(side, 4), "radius": radius, "outline": outline,
         "measured": _paths(replay.measured, replay.missing), "before": _paths(replay.before), "after": _paths(replay.after),
     }  # fmt: skip
     names = {"measured": "measured", "before": f"{findings.spec.name}, before", "after": "calibrated, after"}
@@ -245,6 +242,24 @@ def _player(replay: Replay, findings: Findings) -> str:
         f'aria-label="time in the run"><output></output></div>'
         f'<script type="application/json">{json.dumps(content, separators=(",", ":"))}</script></figure>'
     )
+
+
+def _view(replay: Replay, outline: Sequence[tuple[float, float]] | None, radius: float) -> tuple[float, float, float]:
+    """Return the left and bottom edge and the side in m of a square in which every robot is seen whole.
+
+    A predicted path is followed as far as the measured ones reach on either side: a world that is far off must not make all else tiny.
+    """
+    measured = replay.measured[..., :2][replay.missing == 0]
+    known = measured if outline is None else np.vstack([measured, np.array(outline)])
+    low, high = known.min(axis=0), known.max(axis=0)
+    reach = float((high - low).max())
+    predicted = np.concatenate([path[..., :2].reshape(-1, 2) for path in (replay.before, replay.after)])
+    followed = np.vstack([known, np.clip(predicted, low - reach, high + reach)])
+    low, high = followed.min(axis=0), followed.max(axis=0)
+    extent = float((high - low).max())
+    side = 1.02 * max(extent + 2 * HEADING_MARK * radius, extent / (1.0 - 2 * HEADING_MARK / SMALLEST))
+    left, bottom = 0.5 * (low + high) - 0.5 * side
+    return float(left), float(bottom), side
 
 
 def _paths(poses: FloatArray, missing: FloatArray | None = None) -> list[list[list[float] | None]]:

@@ -13,7 +13,7 @@ from swarm_envs.calibration.drive.measured import Measured, run_of
 from swarm_envs.calibration.drive.motion import free_run
 from swarm_envs.calibration.drive.parameters import drive_parameters
 from swarm_envs.calibration.logs.log import Log, Track
-from swarm_envs.calibration.prediction.arena import TICK, at, enclosed_world, motion, replay
+from swarm_envs.calibration.prediction.arena import TICK, arena_world, at, motion, replay
 from swarm_envs.worlds import WorldSpec
 
 STEP = 0.1
@@ -77,7 +77,7 @@ def _replay(log: Log, run: str, data: Measured, model: Model, world: WorldSpec, 
         ticks = every * (len(times) - 1)
         paths = [
             replay(
-                enclosed_world(spec, log.outline, len(tracks)), motion(parameters, tracks, float(begin), ticks, own),
+                arena_world(spec, log.outline, len(tracks)), motion(parameters, tracks, float(begin), ticks, own),
                 np.zeros(1, np.int64), measured[:1], ticks,
             )[::every, 0]
             for spec, parameters, own in ((world, drive_parameters(world), None), (extended, model.parameters, gains))

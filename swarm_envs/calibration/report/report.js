@@ -33,6 +33,8 @@ for (const figure of document.querySelectorAll(".replay")) {
         const now = robot[frame];
         if (!now) continue;
         const r = Math.max(run.radius * scale, side / 60);
+        // a world that is far off drives a robot out of the picture: its path shows where
+        if (Math.min(x(now[0]), side - x(now[0]), y(now[1]), side - y(now[1])) < r) continue;
         pen.beginPath();
         pen.arc(x(now[0]), y(now[1]), r, 0, 2 * Math.PI);
         pen.moveTo(x(now[0]), y(now[1]));

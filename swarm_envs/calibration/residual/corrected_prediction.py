@@ -14,7 +14,7 @@ from swarm_envs.calibration.drive.motion import free_run
 from swarm_envs.calibration.drive.parameters import INDEX
 from swarm_envs.calibration.logs.log import Log, Track, tracked
 from swarm_envs.calibration.prediction.windows import HORIZONS, rms, windows
-from swarm_envs.calibration.residual.corrections import Circumstances, Term, corrections
+from swarm_envs.calibration.residual.corrections import Covariates, Term, corrections
 from swarm_envs.calibration.residual.residuals import group_of, held_out_together, situation
 
 STEP = 0.05
@@ -114,7 +114,7 @@ def predict(
             command, since = situation(track, time)
             ahead = pose + np.column_stack([np.zeros((len(pose), 2)), 0.5 * turned])
             ahead[:, :2] += 0.5 * _turned(body[:, :2], ahead[:, 2])
-            at = Circumstances(ahead, body[:, ::2] / dt[:, None], command, since, time, np.full(len(pose), float(robot)))
+            at = Covariates(ahead, body[:, ::2] / dt[:, None], command, since, time, np.full(len(pose), float(robot)))
             body = body + corrections(terms, at, group) * dt[:, None]
         pose[:, :2] += _turned(body[:, :2], pose[:, 2] + 0.5 * body[:, 2]) + then[:, 3:] - now[:, 3:]
         pose[:, 2] += body[:, 2]

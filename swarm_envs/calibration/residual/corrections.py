@@ -12,13 +12,13 @@ from swarm_envs.calibration.arrays import FloatArray, IntArray
 from swarm_envs.calibration.residual.residuals import CHANNELS, Residuals
 
 FORWARD, LATERAL, TURN = range(3)
-CARRIERS = {
+REGRESSORS = {
     FORWARD: ("speed", "any motion"),
     LATERAL: ("speed", "turn rate", "any motion"),
     TURN: ("distance", "speed", "turn rate", "any motion"),
 }
 """What the corrections of a channel may be proportional to: forward speed, its amount, turn rate, or nothing."""
-CIRCUMSTANCES = ("heading", "commanded speed", "commanded turn rate", "time since a start", "time in the run", "robot", "place")
+COVARIATES = ("heading", "commanded speed", "commanded turn rate", "time since a start", "time in the run", "robot", "place")
 """What a correction may depend on, simplest first."""
 PERIODIC, ONE_BY_ONE, PLANE = "heading", "robot", "place"
 
@@ -32,11 +32,11 @@ def kernel(coordinates: FloatArray, centres: FloatArray, width: float, *, edges:
 
 @dataclass(frozen=True)
 class Basis:
-    """Functions of a circumstance whose ridge regression is that of a Gaussian process, and a constant."""
+    """Functions of a covariate whose ridge regression is that of a Gaussian process, and a constant."""
 
     depends_on: str
     centres: FloatArray
-    """(M, D) in the circumstance's coordinates: m over the arena, a unit circle for headings, else s, m/s or rad/s."""
+    """(M, D) in the covariate's coordinates: m over the arena, a unit circle for headings, else s, m/s or rad/s."""
     width: float
     """Length over which the function changes, in the same."""
     mixed: FloatArray
@@ -64,7 +64,7 @@ def weighted_sum(values: FloatArray, weights: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True)
-class Circumstances:
+class Covariates:
     """Where W robots are, how they move and what they were told."""
 
     pose: FloatArray
@@ -81,7 +81,7 @@ class Circumstances:
     """(W,) index."""
 
     def coordinates(self, name: str) -> FloatArray:
-        """Return the coordinates (W, D) of a circumstance."""
+        """Return the coordinates (W, D) of a covariate."""
         if name == PLANE:
             return self.pose[:, :2]
         if name == PERIODIC:
@@ -92,12 +92,12 @@ class Circumstances:
         }  # fmt: skip
         return np.asarray(values[name][:, None], float)
 
-    def carrier(self, name: str) -> FloatArray:
+    def regressor(self, name: str) -> FloatArray:
         """Return what a correction is proportional to (W,)."""
-        return carrier(name, self.motion)
+        return regressor(name, self.motion)
 
 
-def carrier(name: str, motion: FloatArray) -> FloatArray:
+def regressor(name: str, motion: FloatArray) -> FloatArray:
     """Return what a correction is proportional to (...,) for motions (..., 2)."""
     v, omega = motion[..., 0], motion[..., 1]
     if name == "any motion":
@@ -105,10 +105,10 @@ def carrier(name: str, motion: FloatArray) -> FloatArray:
     return np.asarray({"speed": v, "distance": np.abs(v), "turn rate": omega}[name])
 
 
-def circumstances_of(found: Residuals) -> Circumstances:
-    """Return the circumstances of windows."""
-    c = found.circumstances
-    return Circumstances(
+def covariates_of(found: Residuals) -> Covariates:
+    """Return the covariates of windows."""
+    c = found.covariates
+    return Covariates(
         np.column_stack([found.where, c["heading"]]), found.motion, np.column_stack([c["commanded speed"], c["commanded turn rate"]]),
         c["time since a start"], c["time in the run"], c["robot"],
     )  # fmt: skip
@@ -116,20 +116,20 @@ def circumstances_of(found: Residuals) -> Circumstances:
 
 @dataclass(frozen=True)
 class Term:
-    """One correction: its carrier times a function of what it depends on is added to a channel."""
+    """One correction: its regressor times a function of what it depends on is added to a channel."""
 
     channel: int
-    carrier: str
+    regressor: str
     basis: Basis
     weights: FloatArray
     """(Q,) fitted to all runs."""
     without: FloatArray
     """(G, Q) for each held-out group those fitted without its fold."""
 
-    def __call__(self, at: Circumstances, weights: FloatArray | None = None) -> FloatArray:
+    def __call__(self, at: Covariates, weights: FloatArray | None = None) -> FloatArray:
         """Return the correction (W,) of the channel in m/s or rad/s; ``weights`` (W, Q) if each has its own."""
         given = self.basis.weighed(at.coordinates(self.basis.depends_on), self.weights if weights is None else weights)
-        return np.asarray(at.carrier(self.carrier) * given)
+        return np.asarray(at.regressor(self.regressor) * given)
 
     def to_document(self) -> dict[str, Any]:
         """Return the correction on a grid: its value for each unit of what it is proportional to."""
@@ -145,12 +145,12 @@ class Term:
             points = coordinates[:, 0].tolist()
         channel = list(CHANNELS)[self.channel]
         return {
-            "channel": channel, "depends_on": name, "proportional_to": self.carrier, "unit": CHANNELS[channel], "at": points,
+            "channel": channel, "depends_on": name, "proportional_to": self.regressor, "unit": CHANNELS[channel], "at": points,
             "value": self.basis.weighed(coordinates, self.weights).tolist(),
         }  # fmt: skip
 
 
-def corrections(terms: Sequence[Term], at: Circumstances, group: IntArray | None) -> FloatArray:
+def corrections(terms: Sequence[Term], at: Covariates, group: IntArray | None) -> FloatArray:
     """Return the corrections (W, 3) of all channels; ``group`` (W,) for those fitted without each one's group."""
     result = np.zeros((len(at.time), len(CHANNELS)))
     for term in terms:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from swarm_envs.calibration.arrays import FloatArray, IntArray
-from swarm_envs.calibration.residual.residuals import CHANNELS, LABELS, Residuals, quantile_bins, tamed
+from swarm_envs.calibration.residual.residuals import CHANNELS, LABELS, Residuals, quantile_bins, winsorised
 
 BINS = 8
 """Groups of equally many windows along a variable."""
@@ -24,9 +24,9 @@ class Discrepancy:
 
     channel: str
     depends_on: str
-    """A circumstance, or ``nothing``: the departure is the same everywhere."""
+    """A covariate, or ``nothing``: the departure is the same everywhere."""
     size: float
-    """Root mean square of the departures explained by the circumstance, or the mean."""
+    """Root mean square of the departures explained by the covariate, or the mean."""
     unit: str
     p_value: float
     """Corrected for the number of tests, and for windows that err alike."""
@@ -35,7 +35,7 @@ class Discrepancy:
 def criticise(found: Residuals) -> list[Discrepancy]:
     """Return the departures from zero that are certain, the largest share of the variance first.
 
-    Each channel is grouped by each circumstance, as it is and in the direction of travel. Blocks of windows are given random signs:
+    Each channel is grouped by each covariate, as it is and in the direction of travel. Blocks of windows are given random signs:
     the largest statistic of all that this yields is what chance would yield, however windows of a block err alike.
     """
     if len(found.errors) < 20:
@@ -46,28 +46,28 @@ def criticise(found: Residuals) -> list[Discrepancy]:
     scores: list[FloatArray] = []
     travel = np.sign(np.where(np.abs(found.motion[:, 0]) > 1e-3, found.motion[:, 0], 0.0))
     for k, (channel, unit) in enumerate(CHANNELS.items()):
-        errors = tamed(found.errors[:, k])
+        errors = winsorised(found.errors[:, k])
         if np.ptp(errors) == 0.0:
             continue
         variance = float(np.mean(errors**2))
-        for carrier in (np.ones(len(errors)), travel):
-            carried = errors * carrier
-            entries.append((float(carried.mean()) ** 2 / variance, Discrepancy(channel, "nothing", abs(float(carried.mean())), unit, 1.0)))
-            scores.append(_scores(carried, np.zeros(len(errors)), found.block, signs))
-            carried = carried - carried.mean()
-            for name, values in found.circumstances.items():
+        for direction in (np.ones(len(errors)), travel):
+            signed = errors * direction
+            entries.append((float(signed.mean()) ** 2 / variance, Discrepancy(channel, "nothing", abs(float(signed.mean())), unit, 1.0)))
+            scores.append(_scores(signed, np.zeros(len(errors)), found.block, signs))
+            signed = signed - signed.mean()
+            for name, values in found.covariates.items():
                 labels = values if name in LABELS else quantile_bins(values, BINS)
                 kinds, counts = np.unique(labels, return_counts=True)
                 if len(kinds[counts >= 5]) < 2:
                     continue
-                score = _scores(carried, np.where(np.isin(labels, kinds[counts >= 5]), labels, np.nan), found.block, signs)
+                score = _scores(signed, np.where(np.isin(labels, kinds[counts >= 5]), labels, np.nan), found.block, signs)
                 scores.append(score)
                 explained = score[0] / len(errors)
                 entries.append((explained / variance, Discrepancy(channel, name, float(np.sqrt(explained)), unit, 1.0)))
     if not scores:
         return []
     every = np.array(scores)
-    # circumstances have different numbers of groups: each statistic in units of what chance makes of it
+    # covariates have different numbers of groups: each statistic in units of what chance makes of it
     every = (every - every[:, 1:].mean(axis=1, keepdims=True)) / np.maximum(every[:, 1:].std(axis=1, keepdims=True), 1e-300)
     chance = np.sort(every[:, 1:].max(axis=0))
     p_values = (1.0 + RESAMPLES - np.searchsorted(chance, every[:, 0])) / (1.0 + RESAMPLES)

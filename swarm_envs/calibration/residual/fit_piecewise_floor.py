@@ -14,9 +14,9 @@ import numpy as np
 from scipy.optimize import minimize
 
 from swarm_envs.calibration.arrays import FloatArray
-from swarm_envs.calibration.residual.corrections import Term, carrier
-from swarm_envs.calibration.residual.piecewise_floor import SHARPNESS, Patches, Shape, second_kind
-from swarm_envs.calibration.residual.residuals import Residuals, tamed
+from swarm_envs.calibration.residual.corrections import Term, regressor
+from swarm_envs.calibration.residual.piecewise_floor import SHARPNESS, PiecewiseFloor, Shape, share_of_second
+from swarm_envs.calibration.residual.residuals import Residuals, winsorised
 from swarm_envs.calibration.residual.smoothing import FOLDS, PARTS, Smooth, by_group, cells, folds_of
 
 SHAPES = (Shape(0.2, 1.0), Shape(0.4, 1.0), Shape(0.25, 0.3, 5.0, 5.0), Shape(0.3, 0.3, 5.0, 0.5))
@@ -40,7 +40,7 @@ class Floor:
     """In log-likelihood of held-out windows, in nats."""
 
 
-def two_kinds(smooth: Smooth, found: Residuals) -> Floor:
+def fit_piecewise_floor(smooth: Smooth, found: Residuals) -> Floor:
     """Divide the arena by kinds of floor, from where a smooth correction over it is large or small.
 
     The shape of the line and the noise are what predicts held-out windows best.
@@ -48,21 +48,21 @@ def two_kinds(smooth: Smooth, found: Residuals) -> Floor:
     drives = _Drives(smooth, found, max(1, round(len(found.errors) / MOST)))
     places, total = drives.places, float(drives.errors @ drives.errors)
     centres, scale = cells(places), float(np.sqrt(total / len(drives.errors)))
-    shapes = [Patches.over(places, centres, shape) for shape in SHAPES]
+    shapes = [PiecewiseFloor.over(places, centres, shape) for shape in SHAPES]
     best = min((drives.without(basis, NOISE[0] * scale, FOLDS) for basis in shapes), key=lambda trial: trial.left)
     others = [drives.without(best.basis, share * scale, FOLDS, best) for share in NOISE[1:]]
     best = min([best, *others], key=lambda trial: trial.left)
     judged = by_group(drives.without(best.basis, best.noise, PARTS, best).weights, found.group)
     weights = drives.without(best.basis, best.noise, 0).weights[0]
     gain = 0.5 * len(found.errors) * float(np.log(total / max(best.left, 1e-300)))
-    return Floor(Term(smooth.channel, smooth.carrier, best.basis, weights, judged), gain)
+    return Floor(Term(smooth.channel, smooth.regressor, best.basis, weights, judged), gain)
 
 
 @dataclass(frozen=True)
 class _Trial:
     """A floor of two kinds, fitted without each fold."""
 
-    basis: Patches
+    basis: PiecewiseFloor
     noise: float
     weights: list[FloatArray]
     left: float
@@ -75,13 +75,13 @@ class _Drives:
     def __init__(self, smooth: Smooth, found: Residuals, stride: int) -> None:
         self.smooth, self.found = smooth, found
         self.group = found.group[::stride]
-        self.errors = tamed(found.errors[::stride, smooth.channel])
-        self.carried = carrier(smooth.carrier, found.along[::stride, :, 2:])
+        self.errors = winsorised(found.errors[::stride, smooth.channel])
+        self.regressor = regressor(smooth.regressor, found.along[::stride, :, 2:])
         self.places = found.along[::stride, :, :2].reshape(-1, 2)
         self.by_place = smooth.basis(self.places)
-        self.parts: tuple[Patches, FloatArray] | None = None
+        self.parts: tuple[PiecewiseFloor, FloatArray] | None = None
 
-    def without(self, basis: Patches, noise: float, most: int, near: _Trial | None = None) -> _Trial:
+    def without(self, basis: PiecewiseFloor, noise: float, most: int, near: _Trial | None = None) -> _Trial:
         """Fit a floor without each of so many folds, or once to all when there are none.
 
         Args:
@@ -91,7 +91,7 @@ class _Drives:
             near: A trial with fewer folds, each of which holds out what these do and more: where to start.
         """
         if self.parts is None or self.parts[0] is not basis:
-            self.parts = basis, basis(self.places).reshape(*self.carried.shape, -1)
+            self.parts = basis, basis(self.places).reshape(*self.regressor.shape, -1)
         parts = self.parts[1]
         every, folds = self.smooth.fitted(self.found, max(1, most))
         number = folds_of(self.found.group, max(1, most))[1]
@@ -99,18 +99,18 @@ class _Drives:
         weights, left = [], 0.0
         for fold, flat in enumerate(folds if most else [every]):
             kept = fold_of != fold
-            start = (self.by_place @ flat).reshape(self.carried.shape)[kept]
+            start = (self.by_place @ flat).reshape(self.regressor.shape)[kept]
             begin = None if near is None else near.weights[fold % len(near.weights)]
-            weights.append(_fitted(parts[kept], self.carried[kept], self.errors[kept], start, noise, begin))
-            missed = self.errors - _mean_correction(parts, self.carried, weights[-1])
+            weights.append(_fitted(parts[kept], self.regressor[kept], self.errors[kept], start, noise, begin))
+            missed = self.errors - _mean_correction(parts, self.regressor, weights[-1])
             left += float(np.sum(missed[~kept] ** 2))
         return _Trial(basis, noise, weights, left)
 
 
-def _mean_correction(parts: FloatArray, carried: FloatArray, weights: FloatArray) -> FloatArray:
+def _mean_correction(parts: FloatArray, regressor: FloatArray, weights: FloatArray) -> FloatArray:
     """Return the correction (W,) of windows, the mean over the moments of each."""
-    share = second_kind(parts @ weights[2:])
-    return np.asarray((carried * (weights[0] + (weights[1] - weights[0]) * share)).mean(axis=1))
+    share = share_of_second(parts @ weights[2:])
+    return np.asarray((regressor * (weights[0] + (weights[1] - weights[0]) * share)).mean(axis=1))
 
 
 def _fitted(
@@ -143,7 +143,7 @@ def _loss(values: FloatArray, size: FloatArray, error: FloatArray, noise: float)
     """Return the negative logarithm of the posterior density of weights, with its slope."""
 
     def loss(weights: FloatArray) -> tuple[float, FloatArray]:
-        share = second_kind(values @ weights[2:])
+        share = share_of_second(values @ weights[2:])
         second = share.reshape(size.shape)
         step = weights[1] - weights[0]
         missed = error - (size * (weights[0] + step * second)).mean(axis=1)

@@ -25,7 +25,7 @@ class Shape:
 
 
 @dataclass(frozen=True)
-class Patches(Basis):
+class PiecewiseFloor(Basis):
     """Two levels over the arena, divided where a function changes its sign: a floor of two kinds.
 
     The dividing function is smooth; it may have a conic section for a trend, whose line closes or goes on where no robot has been.
@@ -51,11 +51,11 @@ class Patches(Basis):
 
     def weighed(self, coordinates: FloatArray, weights: FloatArray) -> FloatArray:
         """Return the correction (W,) at coordinates (W, 2) for weights (K + 3,), or (W, K + 3) if each has its own."""
-        share = second_kind(weighted_sum(self(coordinates), weights[..., 2:]))
+        share = share_of_second(weighted_sum(self(coordinates), weights[..., 2:]))
         return np.asarray(weights[..., 0] + (weights[..., 1] - weights[..., 0]) * share)
 
     @classmethod
-    def over(cls, places: FloatArray, centres: FloatArray, shape: Shape) -> Patches:
+    def over(cls, places: FloatArray, centres: FloatArray, shape: Shape) -> PiecewiseFloor:
         """Return the basis with these centres (M, 2) for places (N, 2)."""
         values, vectors = np.linalg.eigh(kernel(centres, centres, shape.width))
         kept = values > 1e-5 * values.max()
@@ -69,6 +69,6 @@ SHARPNESS = 8.0
 """Slope of the change from one kind to the other; the smooth function that divides them is of the order of one."""
 
 
-def second_kind(dividing: FloatArray) -> FloatArray:
+def share_of_second(dividing: FloatArray) -> FloatArray:
     """Return how much places are of the second kind, 0 to 1, by the function that divides the kinds."""
     return np.asarray(1.0 / (1.0 + np.exp(-np.clip(SHARPNESS * dividing, -40.0, 40.0))))

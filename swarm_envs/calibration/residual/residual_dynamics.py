@@ -1,7 +1,7 @@
-"""Effect ``unlisted``: what no listed effect explains, as a function of what it depends on.
+"""Residual dynamics, ``unlisted`` in findings.json: what no listed effect explains, as a function of what it depends on.
 
-Velocities are corrected by ``carrier * g(z)``: the carrier says whether the correction grows with the speed, ``g`` is a smooth function
-of the circumstance ``z`` or, over the arena, one of two levels with an edge between them. Carrier, circumstance and stiffness are
+Velocities are corrected by ``regressor * g(z)``: the regressor says whether the correction grows with the speed, ``g`` is a smooth function
+of the covariate ``z`` or, over the arena, one of two levels with an edge between them. Carrier, covariate and stiffness are
 those that predict runs best that were held out.
 
 Listed effects may make up for what is on no list, as a smaller gain and robots that differ do for a slippery patch. So corrections are
@@ -25,10 +25,10 @@ from swarm_envs.calibration.drive.noise import HEADING, PLACE
 from swarm_envs.calibration.logs.log import Log
 from swarm_envs.calibration.prediction.windows import rms
 from swarm_envs.calibration.residual.corrected_prediction import Errors, heldout_errors
-from swarm_envs.calibration.residual.corrections import CARRIERS, PLANE, Circumstances, Term, circumstances_of, corrections
+from swarm_envs.calibration.residual.corrections import PLANE, REGRESSORS, Term, covariates_of
 from swarm_envs.calibration.residual.criticism import Discrepancy
-from swarm_envs.calibration.residual.fit_piecewise_floor import Floor, two_kinds
-from swarm_envs.calibration.residual.residuals import CHANNELS, Residuals, held_out_together, residuals, tamed
+from swarm_envs.calibration.residual.fit_piecewise_floor import Floor, fit_piecewise_floor
+from swarm_envs.calibration.residual.residuals import CHANNELS, Residuals, held_out_together, residuals, winsorised
 from swarm_envs.calibration.residual.smoothing import Smooth, chance_of, smooth_corrections
 
 LEAST_GAIN = 10.0
@@ -42,7 +42,7 @@ BETTER = 0.97
 CLEARLY = 0.85
 """Where nothing certain is left beside the named effects, corrections must bring errors to this share to take their place."""
 TIMING = ("dead_time", "clock_offset", "motor_lag")
-"""Effects that never go: windows of half a second show little of them, and no function of place or heading feigns them."""
+"""Effects that never go: windows of half a second show little of them, and no function of place or heading mimics them."""
 SLOWING = (
     "linear_gain", "angular_gain", "robot_spread", "command_loss", "gain_drift", "turning_slows", "saturation", "deadband",
 )  # fmt: skip
@@ -52,9 +52,9 @@ AT_THE_FLOOR = 1.2
 ENOUGH = 40
 """Windows without which nothing is said."""
 WORTH = 0.1
-"""A remainder is reported when its correction takes away at least this share of a held-out error."""
+"""Residual dynamics are reported when their correction lowers a held-out error by at least this share."""
 PLAINER = 0.85
-"""A simpler circumstance is preferred when it gains at least this share of the best one's gain."""
+"""A simpler covariate is preferred when it gains at least this share of the best one's gain."""
 EDGES = 0.5
 """A floor of two kinds is tried where a smooth function of place gains this share of the best."""
 FLIPS = 1999
@@ -79,11 +79,11 @@ class HeldOut:
 
 
 @dataclass(frozen=True)
-class Unlisted:
+class ResidualDynamics:
     """What no listed effect explains."""
 
     discrepancy: Discrepancy
-    """Channel, circumstance and size of the largest correction; p-value of there being any remainder."""
+    """Channel, covariate and size of the largest correction; p-value of there being any remainder."""
     terms: tuple[Term, ...]
     """The corrections, the largest first."""
     heldout: tuple[HeldOut, ...]
@@ -92,10 +92,6 @@ class Unlisted:
     """The drive that is corrected: the named effects without those in :attr:`instead_of`."""
     instead_of: tuple[str, ...]
     """Effects that had been named and that the corrections make needless."""
-
-    def correct(self, at: Circumstances) -> FloatArray:
-        """Return the corrections (W, 3) of forward speed and lateral slip in m/s and of turn rate in rad/s."""
-        return corrections(self.terms, at, None)
 
     def remaining(self, identified: Identified) -> Identified:
         """Return what was identified without the effects that the corrections make needless."""
@@ -131,7 +127,7 @@ class _Extended:
     errors: tuple[Errors, ...]
 
 
-def find_unlisted(log: Log, identified: Identified) -> Unlisted | None:
+def find_residual_dynamics(log: Log, identified: Identified) -> ResidualDynamics | None:
     """Model what a drive leaves unexplained, if that is certain and worth it.
 
     Named effects that only made up for the remainder, as a smaller gain does for a slippery patch, go.
@@ -177,13 +173,13 @@ def find_unlisted(log: Log, identified: Identified) -> Unlisted | None:
     after = [_without(model, gone, identified.start) for model in others]
     world = heldout_errors(log, [identified.start] * groups, robots)
     heldout = _compared(world, listed, heldout_errors(log, after, robots, best.terms))
-    if not best.terms or max((_cut(entry) for entry in heldout), default=0.0) < WORTH:
+    if not best.terms or max((_improvement(entry) for entry in heldout), default=0.0) < WORTH:
         return None
     first = best.terms[0]
     channel = list(CHANNELS)[first.channel]
-    size = rms(first(circumstances_of(best.found)))
+    size = rms(first(covariates_of(best.found)))
     departure = Discrepancy(channel, first.basis.depends_on, size, CHANNELS[channel], p_value)
-    return Unlisted(departure, best.terms, heldout, best.model, tuple(dict.fromkeys(gone)))
+    return ResidualDynamics(departure, best.terms, heldout, best.model, tuple(dict.fromkeys(gone)))
 
 
 def _in_place_of_listed(
@@ -215,15 +211,15 @@ def _extend(log: Log, model: Model, robots: tuple[str, ...], groups: int) -> _Ex
     trials = smooth_corrections(found)
     floors = _floors(trials, found)
     terms, merit = _chosen(trials, floors, found), 0.0
-    for channel in CARRIERS:
-        squares = float(np.sum(tamed(found.errors[:, channel]) ** 2))
+    for channel in REGRESSORS:
+        squares = float(np.sum(winsorised(found.errors[:, channel]) ** 2))
         merit += max(0.0, _best_gain(trials, channel), floors[channel].gain if channel in floors else 0.0)
         merit -= 0.5 * len(found.errors) * float(np.log(squares))
     return _Extended(model, found, tuple(trials), terms, merit, heldout_errors(log, [model] * groups, robots, terms))
 
 
 def _best_gain(trials: Sequence[Smooth], channel: int | None = None, depends_on: str | None = None) -> float:
-    """Return the largest gain of the corrections of a channel, by a circumstance."""
+    """Return the largest gain of the corrections of a channel, by a covariate."""
     gains = (t.gain for t in trials if channel in (None, t.channel) and depends_on in (None, t.basis.depends_on))
     return max(gains, default=0.0)
 
@@ -231,23 +227,23 @@ def _best_gain(trials: Sequence[Smooth], channel: int | None = None, depends_on:
 def _floors(trials: Sequence[Smooth], found: Residuals) -> dict[int, Floor]:
     """Return by channel a floor of two kinds, where place matters."""
     floors = {}
-    for channel in CARRIERS:
+    for channel in REGRESSORS:
         gain = _best_gain(trials, channel, PLANE)
         if gain > max(LEAST_GAIN, EDGES * _best_gain(trials, channel)):
             smooth = next(t for t in trials if t.channel == channel and t.basis.depends_on == PLANE and t.gain == gain)
-            floors[channel] = two_kinds(smooth, found)
+            floors[channel] = fit_piecewise_floor(smooth, found)
     return floors
 
 
 def _chosen(trials: Sequence[Smooth], floors: Mapping[int, Floor], found: Residuals) -> tuple[Term, ...]:
     """Return for each channel the correction that predicts held-out windows best, the one with the largest gain first."""
     chosen: list[tuple[float, Term]] = []
-    for channel in CARRIERS:
+    for channel in REGRESSORS:
         floor = floors.get(channel)
         best = max(_best_gain(trials, channel), 0.0 if floor is None else floor.gain)
         if best <= LEAST_GAIN:
             continue
-        # the simplest circumstances were tried first
+        # the simplest covariates were tried first
         plain = (t.basis.depends_on for t in trials if t.channel == channel and t.gain >= PLAINER * best)
         name = next(plain, PLANE)
         gain = _best_gain(trials, channel, name)
@@ -306,7 +302,7 @@ def _log_likelihood(errors: Errors) -> FloatArray:
     """Return the log-likelihood (W,) of windows, up to a constant; wild ones do not decide."""
     total = np.zeros(len(errors.place))
     for values, directions in ((errors.place, 2.0), (errors.heading, 1.0)):
-        limited = tamed(values)
+        limited = winsorised(values)
         variance = float(np.mean(limited**2)) / directions + 1e-12
         total -= 0.5 * (limited**2 / variance + directions * np.log(variance))
     return total
@@ -335,6 +331,6 @@ def _without(model: Model, names: Sequence[str], start: Model) -> Model:
     return dataclasses.replace(model, parameters=parameters, gains=gains)
 
 
-def _cut(entry: HeldOut) -> float:
-    """Return the share of the error taken away, of place or heading, whichever gains more."""
+def _improvement(entry: HeldOut) -> float:
+    """Return the share by which the error falls, of place or heading, whichever gains more."""
     return max(1.0 - entry.position_after / entry.position_before, 1.0 - entry.heading_after / entry.heading_before)

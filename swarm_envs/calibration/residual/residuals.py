@@ -1,4 +1,4 @@
-"""What a model gets wrong over short windows, channel by channel, and the circumstances of each."""
+"""What a model gets wrong over short windows, channel by channel, and the covariates of each."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from swarm_envs.calibration.arrays import BoolArray, FloatArray, IntArray
 from swarm_envs.calibration.drive.fitting import BLOCK, Model
-from swarm_envs.calibration.drive.lost_commands import delivered
+from swarm_envs.calibration.drive.lost_commands import without_lost_commands
 from swarm_envs.calibration.drive.motion import free_run
 from swarm_envs.calibration.logs.log import Log, Track, tracked
 from swarm_envs.calibration.logs.near_contact import may_touch
@@ -17,7 +17,7 @@ SPAN = 0.5
 """Length in s of the windows whose errors are looked at; they do not overlap."""
 CHANNELS = {"forward speed": "m/s", "lateral slip": "m/s", "turn rate": "rad/s"}
 """What may depart from zero, and its unit."""
-WILD = 0.99
+WINSORISED_AT = 0.99
 """Share of errors that count in full; those beyond are cut to 1.5 times the quantile."""
 FEW_RUNS = 5
 """With fewer runs, parts of :data:`PART` s are what is held out."""
@@ -26,16 +26,16 @@ PART = 20.0
 MOMENTS = 5
 """Moments through a window at which place and motion are noted."""
 LABELS = ("place", "robot")
-"""Circumstances that are labels and not numbers."""
+"""Covariates that are labels and not numbers."""
 
 
 @dataclass(frozen=True)
 class Residuals:
-    """Measured minus predicted motion over W short windows, and the circumstances of each."""
+    """Measured minus predicted motion over W short windows, and the covariates of each."""
 
     errors: FloatArray
     """(W, 3) in the order of :data:`CHANNELS`."""
-    circumstances: dict[str, FloatArray]
+    covariates: dict[str, FloatArray]
     """(W,) each; those in :data:`LABELS` are labels, the others numbers."""
     where: FloatArray
     """(W, 2) place in m at the middle of the window."""
@@ -53,21 +53,21 @@ def residuals(log: Log, model: Model, robots: tuple[str, ...]) -> Residuals:
     """Return what a model gets wrong in short windows that start at measured poses."""
     tracks = tracked(log)
     parts = [
-        _of_track(delivered(track, model, robots.index(track.robot)), model, robots.index(track.robot), touching)
+        _of_track(without_lost_commands(track, model, robots.index(track.robot)), model, robots.index(track.robot), touching)
         for track, touching in zip(tracks, may_touch(log, tracks), strict=True)
     ]
     groups = held_out_together(log)
     if not sum(len(part.errors) for part in parts):
         nobody = np.empty(0, np.int64)
         return Residuals(np.empty((0, 3)), {}, np.empty((0, 2)), np.empty((0, 2)), np.empty((0, MOMENTS, 4)), nobody, nobody)
-    times = [part.circumstances["time in the run"] for part in parts]
-    circumstances = {name: np.concatenate([part.circumstances[name] for part in parts]) for name in parts[0].circumstances}
+    times = [part.covariates["time in the run"] for part in parts]
+    covariates = {name: np.concatenate([part.covariates[name] for part in parts]) for name in parts[0].covariates}
     where = np.concatenate([part.where for part in parts])
-    circumstances["place"] = quantile_bins(where[:, 0], 4) * 4 + quantile_bins(where[:, 1], 4)
+    covariates["place"] = quantile_bins(where[:, 0], 4) * 4 + quantile_bins(where[:, 1], 4)
     keys = [[(number, int(t // BLOCK)) for t in part] for number, part in enumerate(times)]
     held = [[group_of(groups, track, float(t)) for t in part] for track, part in zip(tracks, times, strict=True)]
     return Residuals(
-        np.concatenate([part.errors for part in parts]), circumstances, where, np.concatenate([part.motion for part in parts]),
+        np.concatenate([part.errors for part in parts]), covariates, where, np.concatenate([part.motion for part in parts]),
         np.concatenate([part.along for part in parts]),
         _numbered([key for part in keys for key in part]), np.array([g for part in held for g in part], np.int64),
     )  # fmt: skip
@@ -112,13 +112,13 @@ def _of_track(track: Track, model: Model, robot: int, touching: BoolArray) -> Re
     given, since = situation(track, now + 0.5 * SPAN)
     # errors while a robot is meant to stand say little of how it drives
     drives = np.any(given != 0.0, axis=1)
-    circumstances = {
+    covariates = {
         "commanded speed": given[:, 0], "commanded turn rate": given[:, 1], "time since a start": since, "time in the run": now,
         "heading": way % (2 * np.pi), "robot": np.full(len(now), float(robot)),
     }  # fmt: skip
     nowhere = np.zeros(int(drives.sum()), np.int64)
     return Residuals(
-        errors[drives], {name: value[drives] for name, value in circumstances.items()},
+        errors[drives], {name: value[drives] for name, value in covariates.items()},
         0.5 * (track.poses[first, :2] + track.poses[last, :2])[drives], (np.column_stack([expected[:, 0], turned]) / span[:, None])[drives],
         _through(track, run.path, first[drives], last[drives]), nowhere, nowhere,
     )  # fmt: skip
@@ -162,7 +162,7 @@ def quantile_bins(values: FloatArray, count: int) -> FloatArray:
     return np.searchsorted(edges, values, side="right").astype(float)
 
 
-def tamed(errors: FloatArray) -> FloatArray:
+def winsorised(errors: FloatArray) -> FloatArray:
     """Return errors (W,) with the few wild ones cut, which must neither hide a dependence nor make one."""
-    limit = 1.5 * float(np.quantile(np.abs(errors), WILD)) + 1e-12
+    limit = 1.5 * float(np.quantile(np.abs(errors), WINSORISED_AT)) + 1e-12
     return np.clip(errors, -limit, limit)

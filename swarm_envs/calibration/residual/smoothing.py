@@ -1,4 +1,4 @@
-"""Corrections as smooth functions: ridge regressions on radial basis functions of a circumstance, held against held-out windows."""
+"""Corrections as smooth functions: ridge regressions on radial basis functions of a covariate, held against held-out windows."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ import numpy as np
 
 from swarm_envs.calibration.arrays import FloatArray, IntArray
 from swarm_envs.calibration.residual.corrections import (
-    CARRIERS,
-    CIRCUMSTANCES,
+    COVARIATES,
     ONE_BY_ONE,
     PERIODIC,
     PLANE,
+    REGRESSORS,
     Basis,
-    Circumstances,
+    Covariates,
     Term,
-    circumstances_of,
+    covariates_of,
 )
-from swarm_envs.calibration.residual.residuals import Residuals, tamed
+from swarm_envs.calibration.residual.residuals import Residuals, winsorised
 
 SPACING = 0.08
 """Least distance in m of the basis functions over the arena."""
@@ -44,17 +44,17 @@ class Smooth:
     """A correction that was tried on a channel."""
 
     channel: int
-    carrier: str
+    regressor: str
     basis: Basis
     values: FloatArray
-    """(W, M + 1) of its functions, times the carrier."""
+    """(W, M + 1) of its functions, times the regressor."""
     gain: float
     """In log-likelihood of held-out windows, in nats."""
     penalty: float
 
     def fitted(self, found: Residuals, parts: int) -> tuple[FloatArray, list[FloatArray]]:
         """Return the weights (M + 1,) fitted to all windows, and those without each of so many parts of the runs."""
-        errors = tamed(found.errors[:, self.channel])
+        errors = winsorised(found.errors[:, self.channel])
         squares, products, _, folds = _sums(self.values, errors, found.group, parts)
         ridge = self.penalty * np.eye(self.values.shape[1])
         every = np.linalg.solve(squares.sum(axis=0) + ridge, products.sum(axis=0))
@@ -63,7 +63,7 @@ class Smooth:
     def term(self, found: Residuals) -> Term:
         """Return the correction, fitted to all windows and without each part of the runs."""
         every, without = self.fitted(found, PARTS)
-        return Term(self.channel, self.carrier, self.basis, every, by_group(without, found.group))
+        return Term(self.channel, self.regressor, self.basis, every, by_group(without, found.group))
 
 
 def folds_of(group: IntArray, most: int) -> tuple[IntArray, int]:
@@ -78,17 +78,17 @@ def by_group(without: Sequence[FloatArray], group: IntArray) -> FloatArray:
 
 
 def smooth_corrections(found: Residuals) -> list[Smooth]:
-    """Try every correction, the simplest circumstances first; the penalty of each is what predicts held-out windows best."""
-    at = circumstances_of(found)
+    """Try every correction, the simplest covariates first; the penalty of each is what predicts held-out windows best."""
+    at = covariates_of(found)
     trials = []
-    for name in CIRCUMSTANCES:
+    for name in COVARIATES:
         for basis in _bases(name, at):
             functions = basis(at.coordinates(name))
-            for channel, carriers in CARRIERS.items():
-                errors = tamed(found.errors[:, channel])
-                for carrier in carriers:
-                    values = functions * at.carrier(carrier)[:, None]
-                    trials.append(Smooth(channel, carrier, basis, values, *_heldout_gain(values, errors, found.group)))
+            for channel, regressors in REGRESSORS.items():
+                errors = winsorised(found.errors[:, channel])
+                for regressor in regressors:
+                    values = functions * at.regressor(regressor)[:, None]
+                    trials.append(Smooth(channel, regressor, basis, values, *_heldout_gain(values, errors, found.group)))
     return trials
 
 
@@ -100,8 +100,8 @@ def cells(places: FloatArray) -> FloatArray:
     return np.asarray((inside + 0.5) * spacing)
 
 
-def _bases(name: str, at: Circumstances) -> list[Basis]:
-    """Return bases where the data are; none where a circumstance does not vary."""
+def _bases(name: str, at: Covariates) -> list[Basis]:
+    """Return bases where the data are; none where a covariate does not vary."""
     coordinates = at.coordinates(name)
     if name == ONE_BY_ONE:
         kinds = np.unique(coordinates)
@@ -153,7 +153,7 @@ def chance_of(trials: Sequence[Smooth], found: Residuals) -> float:
     signs = np.random.default_rng(0).choice([-1.0, 1.0], (int(found.block.max()) + 1, RESAMPLES))
     chance = np.zeros(RESAMPLES)
     for trial in trials:
-        errors = tamed(found.errors[:, trial.channel])
+        errors = winsorised(found.errors[:, trial.channel])
         squares, _, totals, folds = _sums(trial.values, errors, found.group)
         signed = np.empty((folds, trial.values.shape[1], RESAMPLES))
         for fold in range(folds):

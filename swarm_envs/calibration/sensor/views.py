@@ -10,7 +10,7 @@ import numpy as np
 
 from swarm_envs.calibration.arrays import BoolArray, FloatArray, IntArray
 from swarm_envs.calibration.drive.fitting import Model
-from swarm_envs.calibration.drive.lost_commands import delivered
+from swarm_envs.calibration.drive.lost_commands import without_lost_commands
 from swarm_envs.calibration.drive.motion import free_run
 from swarm_envs.calibration.logs.log import Log, Track
 from swarm_envs.calibration.logs.near_contact import may_touch
@@ -129,7 +129,7 @@ def _path(track: Track, model: Model, robot: int, touching: BoolArray) -> _Path:
     grid = np.arange(np.ceil(times[0] / GRID - 1e-6) * GRID, times[-1], GRID)
     near = np.searchsorted(times, grid)
     gap = times[np.minimum(near, len(times) - 1)] - times[np.maximum(near - 1, 0)]
-    gain, told = model.gains[robot], delivered(track, model, robot)
+    gain, told = model.gains[robot], without_lost_commands(track, model, robot)
     driven = free_run(model.parameters, dataclasses.replace(told, times=grid), gain).path
     turned = driven[:, 2]
     corners = turned - np.interp(grid, times, free_run(model.parameters, told, gain).path[:, 2])

@@ -24,7 +24,7 @@ from swarm_envs.calibration.drive.measured import Measured, run_of
 from swarm_envs.calibration.drive.noise import HEADING, PLACE
 from swarm_envs.calibration.drive.parameters import drive_parameters, with_drive
 from swarm_envs.calibration.logs.log import Log, Track
-from swarm_envs.calibration.prediction.arena import TICK, at, enclosed_world, motion, replay
+from swarm_envs.calibration.prediction.arena import TICK, arena_world, at, motion, replay
 from swarm_envs.calibration.validation.gain import Gain, bootstrap
 from swarm_envs.simulation import Simulation, rollouts
 from swarm_envs.worlds import WorldError, WorldSpec
@@ -153,8 +153,8 @@ def _replay(log: Log, run: SwarmRun, world: WorldSpec, parameters: FloatArray, g
     """Return the frames (1, F, R, 3) of a run whose commands are replayed from its first poses."""
     ticks = EVERY * (len(run.frames) - 1)
     moved = motion(parameters, run.tracks, run.begin, ticks, gains)
-    hall = enclosed_world(world, log.outline, len(run.tracks))
-    return replay(hall, moved, np.zeros(1, np.int64), run.frames[:1], ticks)[::EVERY, 0][None]
+    spec = arena_world(world, log.outline, len(run.tracks))
+    return replay(spec, moved, np.zeros(1, np.int64), run.frames[:1], ticks)[::EVERY, 0][None]
 
 
 def _controlled(log: Log, run: SwarmRun, world: WorldSpec, seed: int) -> tuple[FloatArray, float] | None:
@@ -177,10 +177,10 @@ def _controlled(log: Log, run: SwarmRun, world: WorldSpec, seed: int) -> tuple[F
         angular_speed=max(world.limits.angular_speed, float(fastest[1])),
     )
     arena = dataclasses.replace(world.arena, outline=log.outline, obstacles=())
-    hall = world.replace(arena=arena, objects=(), broadcast=None, limits=limits, robots=tuple(robots), tick=EVERY * TICK)
+    spec = world.replace(arena=arena, objects=(), broadcast=None, limits=limits, robots=tuple(robots), tick=EVERY * TICK)
     try:
         played = rollouts(
-            hall, np.tile(run.controller, (COPIES, 1)) if hall.num_readings == 1 else np.empty((0, 0)), seed=seed,
+            spec, np.tile(run.controller, (COPIES, 1)) if spec.num_readings == 1 else np.empty((0, 0)), seed=seed,
             steps=len(run.frames) - 1, initial_poses=np.repeat(run.frames[:1], COPIES, axis=0), engine="disc",
         )  # fmt: skip
     except WorldError:
@@ -202,7 +202,7 @@ def _replayed(log: Log, runs: Sequence[SwarmRun], world: WorldSpec, extended: Wo
     generator = np.random.default_rng(0)
     rows = []
     for run in runs:
-        judged = enclosed_world(extended, log.outline, len(run.tracks)).replace(tick=EVERY * TICK)
+        judged = arena_world(extended, log.outline, len(run.tracks)).replace(tick=EVERY * TICK)
         noise = generator.normal(size=run.frames.shape) * run.model.noise[[PLACE, PLACE, HEADING]]
         frames = np.concatenate([
             run.frames[None], _replay(log, run, world, drive_parameters(world), None),
@@ -221,7 +221,7 @@ def _closed_loop(log: Log, runs: Sequence[SwarmRun], world: WorldSpec, extended:
         before, after = (_controlled(log, run, spec, seed) for spec in (world, with_drive(extended, run.model.parameters)))
         if before is None or after is None:
             continue
-        judged = enclosed_world(extended, log.outline, len(run.tracks)).replace(tick=EVERY * TICK)
+        judged = arena_world(extended, log.outline, len(run.tracks)).replace(tick=EVERY * TICK)
         true, label = _measure(run.frames[None], run.time, judged)
         errors = []
         for frames, _ in (before, after):
@@ -300,8 +300,8 @@ def _simulated(run: SwarmRun, times: FloatArray, world: WorldSpec, parameters: F
     robots = tuple(world.robots[k % world.num_robots] for k in range(len(run.tracks)))
     seeing = world.replace(robots=robots, broadcast=None, objects=()).with_effects(sensor_delay=0.0)
     # the arena matters only where it hides robots, and none of the log's is known to
-    hall = seeing.replace(arena=enclosed_world(seeing, None, len(robots)).arena)
-    simulation = Simulation(hall, len(times), "disc")
+    spec = seeing.replace(arena=arena_world(seeing, None, len(robots)).arena)
+    simulation = Simulation(spec, len(times), "disc")
     simulation.reset(seed)
     looked = times - _sensor_delay(world)
     simulation.poses[:] = np.stack([at(track, looked) for track in run.tracks], axis=1)

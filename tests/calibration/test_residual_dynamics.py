@@ -12,8 +12,8 @@ from swarm_envs.calibration import read_log
 from swarm_envs.calibration.drive.identification import identify
 from swarm_envs.calibration.residual.corrections import FORWARD
 from swarm_envs.calibration.residual.criticism import criticise
-from swarm_envs.calibration.residual.fit_piecewise_floor import two_kinds
-from swarm_envs.calibration.residual.residual_dynamics import find_unlisted
+from swarm_envs.calibration.residual.fit_piecewise_floor import fit_piecewise_floor
+from swarm_envs.calibration.residual.residual_dynamics import find_residual_dynamics
 from swarm_envs.calibration.residual.residuals import CHANNELS, Residuals, residuals
 from swarm_envs.calibration.residual.smoothing import smooth_corrections
 
@@ -32,7 +32,7 @@ UNLISTED = {
 @pytest.mark.parametrize("extra", ["magnetic_stripe", "heading_speed"])
 def test_an_effect_on_no_list_is_unexplained_by_what_it_depends_on_and_its_correction_halves_the_error(extra: str, tmp_path: Path) -> None:
     log = read_log(generate_log({}, tmp_path / "log", seed=5, runs=8, position_noise=5e-4, heading_noise=2e-3, extra=extra))
-    found = find_unlisted(log, identify(log, load_world("hero_plus")))
+    found = find_residual_dynamics(log, identify(log, load_world("hero_plus")))
     assert found is not None
     assert (found.discrepancy.channel, found.discrepancy.depends_on) == UNLISTED[extra]
     for row in found.heldout:
@@ -45,7 +45,7 @@ def test_a_patch_that_robots_who_differ_would_explain_too_is_unexplained_and_the
     log = read_log(generate_log({}, tmp_path / "log", seed=53030005, extra="slippery_patch"))
     identified = identify(log, load_world("hero_plus"))
     assert [cause.effect for cause in identified.causes] == ["robot_spread"]
-    found = find_unlisted(log, identified)
+    found = find_residual_dynamics(log, identified)
     assert found is not None
     assert (found.discrepancy.channel, found.discrepancy.depends_on) == UNLISTED["slippery_patch"]
     assert found.remaining(identified).causes == ()
@@ -57,7 +57,7 @@ def test_robots_that_differ_stay_named_and_those_of_other_runs_are_taken_for_ave
     log = read_log(generate_log(effects, tmp_path / "log", seed=2, runs=5, position_noise=2e-3, heading_noise=2e-3, procedures=["drives"]))
     identified = identify(log, load_world("hero_plus"))
     assert {cause.effect for cause in identified.causes} == set(effects)
-    assert find_unlisted(log, identified) is None
+    assert find_residual_dynamics(log, identified) is None
 
 
 def windows_over_a_disc(generator: np.random.Generator) -> Residuals:
@@ -78,9 +78,9 @@ def windows_over_a_disc(generator: np.random.Generator) -> Residuals:
 
 def test_a_floor_of_two_kinds_is_found_with_its_levels_and_beats_a_smooth_function() -> None:
     found = windows_over_a_disc(np.random.default_rng(1))
-    trials = [t for t in smooth_corrections(found) if (t.channel, t.carrier, t.basis.depends_on) == (FORWARD, "speed", "place")]
+    trials = [t for t in smooth_corrections(found) if (t.channel, t.regressor, t.basis.depends_on) == (FORWARD, "speed", "place")]
     smooth = max(trials, key=lambda trial: trial.gain)
-    floor = two_kinds(smooth, found)
+    floor = fit_piecewise_floor(smooth, found)
     assert floor.gain > smooth.gain + 100
     inside, outside = floor.term.basis.weighed(np.array([[0.0, 0.0], [0.5, 0.0]]), floor.term.weights)
     assert (inside, outside) == (pytest.approx(-0.5, abs=0.03), pytest.approx(0.0, abs=0.03))
@@ -89,12 +89,12 @@ def test_a_floor_of_two_kinds_is_found_with_its_levels_and_beats_a_smooth_functi
 def test_without_anything_hidden_nothing_is_unexplained(tmp_path: Path) -> None:
     log = read_log(generate_log({}, tmp_path / "log", seed=6, runs=6, position_noise=5e-4, heading_noise=2e-3, procedures=["drives"]))
     found = identify(log, load_world("hero_plus"))
-    assert find_unlisted(log, found) is None
+    assert find_residual_dynamics(log, found) is None
     assert criticise(residuals(log, found.model, found.robots)) == []
 
 
 def drawn(generator: np.random.Generator, slope: float) -> Residuals:
-    """Windows of which ten in a row err alike, and whose forward speed may depend on a circumstance that changes as slowly."""
+    """Windows of which ten in a row err alike, and whose forward speed may depend on a covariate that changes as slowly."""
     blocks, inside = 40, 10
     block = np.repeat(np.arange(blocks), inside)
     slow = np.repeat(generator.normal(size=blocks), inside)
