@@ -12,17 +12,17 @@ void hero_detection_take(struct hero_detection *detection, struct hero_range rea
   detection->heard = true;
   detection->reading_us = now_us;
   detection->range_mm = usable ? reading.distance_mm : 0;
-  detection->contrary = near == detection->seen ? 0 : (uint8_t)(detection->contrary + 1);
-  if (detection->contrary >= HERO_TOF_DEBOUNCE) {
+  detection->opposite_count = near == detection->seen ? 0 : (uint8_t)(detection->opposite_count + 1);
+  if (detection->opposite_count >= HERO_TOF_DEBOUNCE) {
     detection->seen = near;
-    detection->contrary = 0;
+    detection->opposite_count = 0;
   }
 }
 
 bool hero_detection_alive(struct hero_detection *detection, uint64_t now_us) {
   if (now_us - detection->reading_us <= HERO_TOF_TIMEOUT_US) return true;
   detection->seen = false;
-  detection->contrary = 0;
+  detection->opposite_count = 0;
   detection->range_mm = 0;
   return false;
 }

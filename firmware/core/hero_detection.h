@@ -13,7 +13,7 @@ struct hero_range {
 struct hero_detection {
   bool seen;          /* what the controller sees */
   bool heard;         /* a reading has come since boot */
-  uint8_t contrary;   /* readings in a row that say the opposite */
+  uint8_t opposite_count; /* readings in a row that say the opposite */
   uint16_t range_mm;  /* last valid distance; 0 when the last reading had no target */
   uint64_t reading_us; /* when the last reading came */
 };

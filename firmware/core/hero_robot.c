@@ -11,7 +11,7 @@ static void release_servos(struct hero_robot *robot) {
   for (int side = 0; side < 2; side++) {
     robot->hal->servo_write(robot->hal->context, side, 0);
     hero_velocity_reset(&robot->velocity[side]);
-    robot->strained_us[side] = 0;
+    robot->stalled_since_us[side] = 0;
   }
   robot->command = (struct hero_unicycle){0, 0};
 }
@@ -47,7 +47,7 @@ void hero_robot_boot(struct hero_robot *robot, const struct hero_hal *hal, uint6
   hal->range_restart(hal->context);
 }
 
-static void obey(struct hero_robot *robot, const struct hero_command *command, struct hero_peer from, uint64_t now_us) {
+static void execute(struct hero_robot *robot, const struct hero_command *command, struct hero_peer from, uint64_t now_us) {
   if (command->type == HERO_HELLO) {
     hero_report_welcome(robot, command->challenge, from, now_us);
     return;
@@ -69,7 +69,7 @@ static void listen(struct hero_robot *robot, uint64_t now_us) {
   for (int frame = 0; frame < HERO_FRAMES_PER_POLL; frame++) {
     size_t size = robot->hal->receive(robot->hal->context, data, sizeof data, &from);
     if (size == 0) return;
-    if (hero_link_open(&robot->link, data, size, &command) == HERO_ACCEPTED) obey(robot, &command, from, now_us);
+    if (hero_link_open(&robot->link, data, size, &command) == HERO_ACCEPTED) execute(robot, &command, from, now_us);
   }
 }
 
@@ -96,14 +96,14 @@ static void restart_silent_sensor(struct hero_robot *robot) {
 }
 
 static void check_health(struct hero_robot *robot, uint64_t now_us) {
-  bool strained = false;
+  bool stalled = false;
   for (int side = 0; side < 2; side++) {
-    uint64_t since = robot->strained_us[side];
-    strained |= since != 0 && now_us - since > HERO_STALL_US;
+    uint64_t since = robot->stalled_since_us[side];
+    stalled |= since != 0 && now_us - since > HERO_STALL_US;
   }
   check_sensor(robot, now_us);
   set_fault(robot, HERO_FAULT_BATTERY, !hero_battery_take(&robot->battery, robot->hal->battery_read(robot->hal->context), now_us));
-  set_fault(robot, HERO_FAULT_STALL, strained);
+  set_fault(robot, HERO_FAULT_STALL, stalled);
 }
 
 static void measure(struct hero_robot *robot, struct hero_wheels target, uint64_t now_us) {
@@ -113,7 +113,7 @@ static void measure(struct hero_robot *robot, struct hero_wheels target, uint64_
     read_encoder(robot, side, &count, &edge_us);
     edges[side] = hero_encoder_take(&robot->encoder[side], count, edge_us, (uint32_t)now_us);
     robot->measured.rim[side] = hero_encoder_speed(&robot->encoder[side], target.rim[side], (uint32_t)now_us);
-    if (edges[side] != 0) robot->strained_us[side] = 0;
+    if (edges[side] != 0) robot->stalled_since_us[side] = 0;
   }
   hero_odometry_add(&robot->odometry, edges[HERO_LEFT], edges[HERO_RIGHT]);
 }
@@ -125,8 +125,8 @@ static void drive_wheel(struct hero_robot *robot, int side, fix_t target, uint64
   if (pulse < HERO_SERVO_MIN_US) pulse = HERO_SERVO_MIN_US;
   if (pulse > HERO_SERVO_MAX_US) pulse = HERO_SERVO_MAX_US;
   bool full = offset >= HERO_SERVO_SPAN_US || offset <= -HERO_SERVO_SPAN_US;
-  if (!full) robot->strained_us[side] = 0;
-  if (full && robot->strained_us[side] == 0) robot->strained_us[side] = now_us;
+  if (!full) robot->stalled_since_us[side] = 0;
+  if (full && robot->stalled_since_us[side] == 0) robot->stalled_since_us[side] = now_us;
   hero_encoder_drive(&robot->encoder[side], (offset > 0) - (offset < 0), (uint32_t)now_us);
   robot->hal->servo_write(robot->hal->context, side, (uint16_t)pulse);
 }

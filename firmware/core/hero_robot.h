@@ -22,7 +22,7 @@ struct hero_robot {
   struct hero_velocity velocity[2];
   struct hero_unicycle command; /* what the controller asks for now; zero unless it may move */
   struct hero_wheels measured;
-  uint64_t strained_us[2]; /* since when a wheel gets the full pulse without an edge; 0: it does not */
+  uint64_t stalled_since_us[2]; /* since when a wheel gets the full pulse without an edge; 0: it does not */
   uint64_t control_us;     /* time of the next control period */
   uint64_t status_us;      /* time of the next report */
   uint32_t result_sequence; /* of the last command that was no heartbeat */

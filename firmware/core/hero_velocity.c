@@ -18,9 +18,9 @@ int32_t hero_velocity_step(struct hero_velocity *loop, fix_t target, fix_t measu
     return 0;
   }
   fix_t error = fix_clamp(target - measured, HERO_MAX_RIM_SPEED); /* keeps the products below within 32 bits */
-  fix_t wish = feed_forward(fix_clamp(target, HERO_MAX_RIM_SPEED)) + error * HERO_VELOCITY_KP + loop->integral;
-  fix_t pulse = fix_clamp(wish, SPAN);
-  if (pulse == wish || (wish > 0) != (error > 0)) { /* anti-windup: integrate only what helps */
+  fix_t unclamped = feed_forward(fix_clamp(target, HERO_MAX_RIM_SPEED)) + error * HERO_VELOCITY_KP + loop->integral;
+  fix_t pulse = fix_clamp(unclamped, SPAN);
+  if (pulse == unclamped || (unclamped > 0) != (error > 0)) { /* anti-windup: integrate only what helps */
     loop->integral = fix_clamp(loop->integral + error * HERO_VELOCITY_KI_STEP, SPAN);
   }
   return (pulse + (pulse > 0 ? FIX_ONE / 2 : -FIX_ONE / 2)) / FIX_ONE;

@@ -41,8 +41,8 @@ static void turning_left_drives_the_right_wheel(void) {
 }
 
 static void too_fast_keeps_the_curvature(void) {
-  struct hero_unicycle wish = {HERO_MAX_SPEED, HERO_MAX_TURN};
-  struct hero_wheels wheels = hero_wheels_from(wish);
+  struct hero_unicycle desired = {HERO_MAX_SPEED, HERO_MAX_TURN};
+  struct hero_wheels wheels = hero_wheels_from(desired);
   struct hero_unicycle motion = hero_wheels_motion(wheels);
   CHECK_NEAR(wheels.rim[HERO_RIGHT], HERO_MAX_RIM_SPEED, 1);
   CHECK_NEAR(fix_mul(motion.omega, FIX_ONE / 15), motion.v, 20); /* 3 rad/s to 0.2 m/s */

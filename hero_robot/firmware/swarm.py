@@ -85,7 +85,7 @@ class FirmwareSwarm:
 
         Returns:
             (R, 2): the mean forward speed, m/s, and turn rate, rad/s, that the servos drove at in this step: what the simulation
-            takes as the robot's wish, and contact may refuse.
+            takes as the robot's desired velocity, which contact may refuse.
         """
         ffi, library = self.boards[0].ffi, self.boards[0].library
         before = self._distances(detections, distances)

@@ -186,7 +186,7 @@ def _call(fleet_file: Path, path: str, body: dict[str, Any] | None = None) -> di
 
 
 def _show(answer: dict[str, Any]) -> int:
-    """Print what became of a command, a robot a line; 1 when one refused."""
+    """Print what became of a command, one line per robot; 1 when one refused."""
     outcomes = answer["outcomes"]
     for outcome in outcomes:
         print(f"{outcome['robot']}: {outcome['reason']}")

@@ -60,7 +60,7 @@ class FleetCoordinator:
     Args:
         fleet: Robots, addresses, keys, lease.
         log: Where runs are logged, if anywhere.
-        wall_clock: The time of day that events are told with.
+        wall_clock: The time of day that events are recorded with.
         random_bits: Draws a number of so many bits, for the challenges that begin a session.
     """
 
@@ -119,7 +119,7 @@ class FleetCoordinator:
         status = link.receive(datagram, now_us)
         if status is None:
             return
-        self._tell_change(link, before, status)
+        self._record_change(link, before, status)
         if self.log is not None:
             self.log.report(link.entry.name, status, status.time_us - link.clock.offset_us)
         for operation in self._operations:
@@ -153,12 +153,12 @@ class FleetCoordinator:
             self._hello_us[link.entry.number] = self._now_us
             self._send(link, link.hello(self._now_us))
 
-    def _tell_change(self, link: RobotLink, before: Status | None, status: Status) -> None:
+    def _record_change(self, link: RobotLink, before: Status | None, status: Status) -> None:
         if before is None or before.state != status.state:
             faults = f" ({status.faults.name})" if status.state == RobotState.FAULT and status.faults else ""
-            self._tell(f"{link.entry.name}: {status.state.name}, {REASONS[status.reason]}{faults}")
+            self._record(f"{link.entry.name}: {status.state.name}, {REASONS[status.reason]}{faults}")
 
-    def _tell(self, text: str) -> None:
+    def _record(self, text: str) -> None:
         self.events.append(f"{time.strftime('%H:%M:%S', self._wall_clock())} {text}")
         del self.events[:-200]
 
@@ -169,11 +169,11 @@ class FleetCoordinator:
 
         Args:
             now_us: Server time, us.
-            press: Names the press of a button, where a page asks several times for safety's sake: it stops each time and is told once.
+            press: Names the press of a button, where a page asks several times for safety's sake: it stops each time and is recorded once.
         """
         self._now_us = now_us
         if not (self.stopped and press is not None and press in self._presses):
-            self._tell("EMERGENCY STOP")
+            self._record("EMERGENCY STOP")
         if press is not None:
             self._presses.append(press)
         self.stopped = True
@@ -198,12 +198,12 @@ class FleetCoordinator:
             stop = Command(FrameType.ESTOP, b"", lambda status: status.state == RobotState.ESTOP)
             stopping = yield self._deliveries(self._present(), lambda _: stop)
             if not all(outcome.done for outcome in stopping):
-                self._tell(f"rearm given up: {_failures(stopping)}")
+                self._record(f"rearm given up: {_failures(stopping)}")
                 return stopping
             if estops != self._estops:
                 return [Outcome(outcome.robot, False, "was stopped again meanwhile") for outcome in stopping]
         self.stopped = False
-        self._tell("rearm")
+        self._record("rearm")
         release = Command(FrameType.REARM, b"", _in_hold)
         outcomes = yield self._deliveries(self._present(RobotState.ESTOP, RobotState.FAULT), lambda _: release)
         return outcomes
@@ -270,7 +270,7 @@ class FleetCoordinator:
 
         outcomes = yield self._deliveries(self.links.values(), begin, give_up_us=delay_us)
         if not all(outcome.done for outcome in outcomes):
-            self._tell(f"start given up: {_failures(outcomes)}")
+            self._record(f"start given up: {_failures(outcomes)}")
             yield from self._hold()
         return outcomes
 

@@ -11,7 +11,7 @@ from hero_robot.fleet.robot_link import RobotLink
 RESEND_US = 20_000
 """Time between repetitions of a command that is not yet acknowledged, us."""
 
-PASSING = (Result.DONE, Result.NO_LEASE)
+NOT_FINAL = (Result.DONE, Result.NO_LEASE)
 """Answers that do not end a command: a robot that has just become ready gets its lease with the next heartbeat."""
 
 
@@ -70,7 +70,7 @@ class Delivery:
             return None
         if self.command.achieved(status):
             return self._outcome(True, "done")
-        if status.result_sequence in self._sent and status.result not in PASSING:
+        if status.result_sequence in self._sent and status.result not in NOT_FINAL:
             return self._outcome(False, f"refused: {status.result.name.lower().replace('_', ' ')}, in {status.state.name}")
         return None
 

@@ -106,7 +106,9 @@ def _robot(node: Any, where: str) -> RobotEntry:
     except ValueError:
         secret = b""
     if len(secret) != KEY_SIZE or len(set(secret)) < 4:
-        raise FleetError(f"{where}.key: expected {2 * KEY_SIZE} hexadecimal digits of chance; write new ones with: ... deployment keys")
+        raise FleetError(
+            f"{where}.key: expected {2 * KEY_SIZE} random hexadecimal digits; write new ones with: python -m hero_robot.fleet keys"
+        )
     return RobotEntry(node["name"], node["number"], node["host"], node["port"], secret)
 
 

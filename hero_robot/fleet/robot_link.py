@@ -14,7 +14,7 @@ from hero_robot.fleet.frames import Frame, FrameType, Status
 WINDOW_US = 30_000_000
 """Age, us, after which a measurement of the clocks is forgotten: 30 s at 100 ppm is 3 ms of drift."""
 
-HEARD_US = 500_000
+CONNECTION_TIMEOUT_US = 500_000
 """A robot that has been silent for longer, us, is not connected."""
 
 CHALLENGES = 8
@@ -85,7 +85,7 @@ class RobotLink:
 
     def connected(self, now_us: int) -> bool:
         """Whether there is a session and the robot has been heard lately."""
-        return self.nonce != 0 and now_us - self.heard_us < HEARD_US
+        return self.nonce != 0 and now_us - self.heard_us < CONNECTION_TIMEOUT_US
 
     def hello(self, now_us: int) -> bytes:
         """A datagram that asks who is there; measures the round trip as well."""

@@ -19,7 +19,7 @@ from hero_robot.fleet.delivery import Operation, Outcome
 from hero_robot.fleet.fleet_file import Fleet, RobotEntry
 from hero_robot.fleet.run_log import RunLog
 from hero_robot.fleet.simulated import RobotEvent
-from tests.hero_robot.fleet.weather import SeededNetwork, Weather
+from tests.hero_robot.fleet.lossy_network import LossyNetwork, NetworkConditions
 
 BOOT, RUN = 0, 2
 CONTROLLER = (0.05, 0.5, 0.04, -0.8)
@@ -32,19 +32,19 @@ class Lab:
 
     Args:
         seed: Of keys, nonces, the network, and of when each robot is switched on.
-        weather: Of the network.
+        conditions: Of the network.
         robots: How many.
         log: Folder that the server logs into, if any.
     """
 
-    def __init__(self, seed: int, weather: Weather | None = None, robots: int = 8, log: Path | None = None) -> None:
-        self.chance = random.Random(seed)
-        self.now_us = self.chance.randrange(10**9, 2 * 10**9)
+    def __init__(self, seed: int, conditions: NetworkConditions | None = None, robots: int = 8, log: Path | None = None) -> None:
+        self.rng = random.Random(seed)
+        self.now_us = self.rng.randrange(10**9, 2 * 10**9)
         self._order = itertools.count()
         self._queue: list[tuple[int, int, Callable[[], object]]] = []
-        self.network = SeededNetwork(seed, self.later, weather or Weather())
+        self.network = LossyNetwork(seed, self.later, conditions or NetworkConditions())
         numbers = range(1, robots + 1)
-        self.fleet = Fleet("lab", tuple(RobotEntry(f"hero_{i}", i, "127.0.0.1", 4210, self.chance.randbytes(32)) for i in numbers))
+        self.fleet = Fleet("lab", tuple(RobotEntry(f"hero_{i}", i, "127.0.0.1", 4210, self.rng.randbytes(32)) for i in numbers))
         self.boards = {robot.number: SimulatedBoard(robot.number, robot.key, seed * 1000 + robot.number) for robot in self.fleet.robots}
         self._ffi, self._library = self.boards[1].ffi, self.boards[1].library
         self._view = self._ffi.new("struct hero_sim_view *")  # one for all: they are looked at often
@@ -55,7 +55,7 @@ class Lab:
         self.server: FleetCoordinator | None = None
         self.start_server()
         for number in numbers:
-            self.later(self.chance.uniform(0, 0.2), lambda number=number: self.switch_on(number))
+            self.later(self.rng.uniform(0, 0.2), lambda number=number: self.switch_on(number))
         self._show_something(True)
 
     # --- time --------------------------------------------------------------------------------------------------------
@@ -112,7 +112,7 @@ class Lab:
         """Start a server; one that runs is gone."""
         wall_clock = lambda: time.gmtime(self.now_us / 1e6)  # noqa: E731
         log = RunLog(self._log, self.fleet.name, wall_clock) if self._log else None
-        self.server = FleetCoordinator(self.fleet, log, wall_clock=wall_clock, random_bits=self.chance.getrandbits)
+        self.server = FleetCoordinator(self.fleet, log, wall_clock=wall_clock, random_bits=self.rng.getrandbits)
 
     def close(self) -> None:
         """Close the log."""

@@ -8,7 +8,7 @@ from hero_robot.fleet import frames
 from hero_robot.fleet.errors import FleetError
 from hero_robot.fleet.frames import Frame, FrameType
 from tests.hero_robot.fleet.lab import CONTROLLER, RUN, Lab
-from tests.hero_robot.fleet.weather import CUT, LATENCY, Weather
+from tests.hero_robot.fleet.lossy_network import CUT, LATENCY, NetworkConditions
 
 HOLD, ESTOP = 1, 3
 POLL = 0.002
@@ -24,8 +24,8 @@ def all_stop_when_the_server_is_killed(lab: Lab) -> None:
     """However the network behaves, within the lease, and for good."""
     lab.start_all()
     lab.run(1.0)
-    assert lab.all_drive(), "this weather alone must not stop a run"
-    lab.run(lab.chance.uniform(0, 0.1))
+    assert lab.all_drive(), "this network alone must not stop a run"
+    lab.run(lab.rng.uniform(0, 0.1))
     killed = lab.now_us
     lab.kill_server()
     times = lab.stop_times(killed)
@@ -34,20 +34,20 @@ def all_stop_when_the_server_is_killed(lab: Lab) -> None:
 
 
 def an_emergency_stop_is_immediate(lab: Lab) -> None:
-    """In good weather within 50 ms; each press, also right after a rearm."""
+    """On an unimpaired network within 50 ms; each press, also right after a rearm."""
     for _ in range(3):
         lab.start_all()
-        lab.run(lab.chance.uniform(0, 0.1))
+        lab.run(lab.rng.uniform(0, 0.1))
         pressed = lab.now_us
         lab.estop()
         times = lab.stop_times(pressed)
-        assert max(times) < LATENCY + lab.network.weather.jitter + POLL < ESTOP_LIMIT
+        assert max(times) < LATENCY + lab.network.conditions.jitter + POLL < ESTOP_LIMIT
         assert lab.states() == {ESTOP}
         assert all(outcome.done for outcome in lab.rearm())
 
 
 def an_emergency_stop_gets_through(lab: Lab) -> None:
-    """In any weather within the lease, and all are latched soon after."""
+    """On any network within the lease, and all are latched soon after."""
     lab.start_all()
     pressed = lab.now_us
     lab.estop()
@@ -62,18 +62,18 @@ def an_emergency_stop_does_not_wait_for_the_lease(lab: Lab) -> None:
     lab.start_all()
     pressed = lab.now_us
     lab.estop()
-    late = [time for time in lab.stop_times(pressed) if time > LATENCY + lab.network.weather.jitter + 3 * 0.020 + POLL]
+    late = [time for time in lab.stop_times(pressed) if time > LATENCY + lab.network.conditions.jitter + 3 * 0.020 + POLL]
     assert len(late) <= 1
 
 
 def a_cut_link_stops_all_and_starts_none(lab: Lab) -> None:
     """All stop within the lease, and a link that comes back starts nothing."""
     lab.start_all()
-    lab.run(lab.chance.uniform(0, 0.1))
-    lab.network.weather = CUT
+    lab.run(lab.rng.uniform(0, 0.1))
+    lab.network.conditions = CUT
     cut = lab.now_us
     assert max(lab.stop_times(cut)) < lab.fleet.lease + POLL < STOP_LIMIT
-    lab.network.weather = Weather()
+    lab.network.conditions = NetworkConditions()
     lab.run_until(lab.all_connected, 5, "the robots to come back")
     lab.run(0.5)
     assert lab.states() == {HOLD}, "a link that comes back starts nothing"
@@ -86,7 +86,7 @@ def a_server_that_hangs_stops_all_and_starts_none(lab: Lab) -> None:
     asleep, hangs = lab.server, lab.now_us
     lab.kill_server()
     assert max(lab.stop_times(hangs)) < lab.fleet.lease + POLL < STOP_LIMIT
-    lab.run(lab.chance.uniform(0.1, 1.0))
+    lab.run(lab.rng.uniform(0.1, 1.0))
     lab.server = asleep
     lab.run(1.0)
     assert lab.all_connected()
@@ -119,7 +119,7 @@ def a_stop_in_the_middle_of_any_command_wins(lab: Lab) -> None:
         lambda server: server.update({robot.name: CONTROLLER for robot in lab.fleet.robots}, lab.now_us),
     ):
         begin(lab.server)
-        lab.run(lab.chance.uniform(0, 0.05))
+        lab.run(lab.rng.uniform(0, 0.05))
         lab.estop()
         lab.run_until(lambda: lab.states() == {ESTOP}, 3, "all to be in ESTOP")
         lab.run(1.6)
@@ -132,14 +132,14 @@ def a_stop_in_the_middle_of_any_command_wins(lab: Lab) -> None:
 def held_back_frames_grant_no_motion(lab: Lab) -> None:
     """Authentic, in order, never seen before, and two seconds old: a lease counts from when it was sent."""
     lab.start_all()
-    lab.network.change(holding=True)
+    lab.network.change(held=True)
     held = lab.now_us
     assert max(lab.stop_times(held)) < lab.fleet.lease + POLL < STOP_LIMIT
     lab.kill_server()
     lab.run(1.5)
     before = len(lab.events)
-    lab.network.change(holding=False)
-    assert lab.network.let_go() > 100
+    lab.network.change(held=False)
+    assert lab.network.release() > 100
     lab.run(0.5)
     assert len(lab.events) == before
     assert not lab.any_drives()
@@ -157,7 +157,7 @@ def no_false_frame_is_taken(lab: Lab) -> None:
     lab.run_until(lambda: lab.all_connected() and lab.states() == {ESTOP}, 10, "the latch to reach them")
     lab.rearm()
     lab.run_until(lambda: lab.states() == {HOLD}, 5, "HOLD")
-    lab.network.weather = CUT  # from now on only the attacker speaks
+    lab.network.conditions = CUT  # from now on only the attacker speaks
     lab.run(0.6)
     replays, before = [item for item in lab.network.recorded if is_replay(lab, *item)], len(lab.events)
     refused = sum(board.view().refused for board in lab.boards.values())
@@ -165,7 +165,7 @@ def no_false_frame_is_taken(lab: Lab) -> None:
     lab.run(0.3)
     assert len(lab.events) == before, lab.events[before:]
     assert sum(board.view().refused for board in lab.boards.values()) - refused == FALSE_FRAMES
-    lab.network.weather = Weather()
+    lab.network.conditions = NetworkConditions()
     lab.start_all()  # nothing was spoilt by it
 
 
@@ -185,15 +185,15 @@ def attack(lab: Lab, recorded: list[tuple[int, bytes]]) -> None:
     for attempt in range(FALSE_FRAMES):
         robot = robots[attempt % len(robots)]
         if attempt // 8 % 2 == 0:
-            datagram = bytearray(lab.chance.choice(own[robot.number]))
+            datagram = bytearray(lab.rng.choice(own[robot.number]))
             if attempt // 16 % 2:  # forged: a higher sequence under the old tag
                 datagram[16:20] = (2**31 + attempt).to_bytes(4, "little")
         else:
             other = robots[(attempt + 1) % len(robots)]
             genuine = frames.unseal(robot.key, own[robot.number][-1])
             assert genuine is not None
-            kind = lab.chance.choice(kinds)
-            key, nonce = (other.key, genuine.nonce) if attempt // 16 % 2 else (robot.key, lab.chance.getrandbits(64))
+            kind = lab.rng.choice(kinds)
+            key, nonce = (other.key, genuine.nonce) if attempt // 16 % 2 else (robot.key, lab.rng.getrandbits(64))
             payload = bytes({FrameType.HEARTBEAT: 8, FrameType.START: 12, FrameType.CONTROLLER: 20}.get(kind, 0))
             datagram = bytearray(frames.seal(key, Frame(kind, robot.number, nonce, 2**31 + attempt, payload)))
         lab.deliver(robot.number, bytes(datagram))
@@ -208,7 +208,7 @@ def robots_start_together(lab: Lab) -> None:
         lab.start_all()
         starts = [event.ns / 1e9 for event in lab.events[begun:] if event.state == RUN and event.driven]
         assert len(starts) == len(lab.boards)
-        assert max(starts) - min(starts) < lab.network.weather.jitter + POLL < 0.020
+        assert max(starts) - min(starts) < lab.network.conditions.jitter + POLL < 0.020
         lab.hold()
         lab.run_until(lambda: not lab.any_drives(), 2, "HOLD")
 
@@ -241,7 +241,7 @@ def a_robot_that_is_lost_during_the_start_keeps_all_from_starting(lab: Lab) -> N
     lab.switch_off(5)  # the server has heard it a moment ago
     outcomes = lab.start()
     assert [outcome.robot for outcome in outcomes if not outcome.done] == ["hero_5"]
-    assert lab.longest_drive() < LATENCY + lab.network.weather.jitter + POLL, "as long as the stop is on its way"
+    assert lab.longest_drive() < LATENCY + lab.network.conditions.jitter + POLL, "as long as the stop is on its way"
     lab.run(0.1)
     assert lab.states() == {HOLD}
     assert not lab.any_drives()

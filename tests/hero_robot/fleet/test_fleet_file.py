@@ -20,7 +20,7 @@ def write(path: Path, **changes: object) -> Path:
     return path
 
 
-def test_a_new_fleet_reads_back_with_keys_of_chance(tmp_path: Path) -> None:
+def test_a_new_fleet_reads_back_with_random_keys(tmp_path: Path) -> None:
     path = tmp_path / "lab.yaml"
     write_new_fleet(path, ["10.0.0.1", "10.0.0.2"], [4210, 4210])
     fleet = read_fleet(path)
@@ -41,8 +41,8 @@ def test_keys_that_others_may_read_are_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("changes", "reason"),
     [
-        ({"key": "00" * 32}, "64 hexadecimal digits of chance"),
-        ({"key": "abc"}, "64 hexadecimal digits"),
+        ({"key": "00" * 32}, "64 random hexadecimal digits"),
+        ({"key": "abc"}, "64 random hexadecimal digits"),
         ({"port": 0}, "between 1 and 65535"),
         ({"number": "1"}, "given a str, expected a int"),
         ({"colour": "red"}, "unknown key 'colour'"),

@@ -10,17 +10,17 @@ import pytest
 
 from tests.hero_robot.fleet import properties
 from tests.hero_robot.fleet.lab import Lab
-from tests.hero_robot.fleet.weather import WEATHERS, Weather
+from tests.hero_robot.fleet.lossy_network import CONDITIONS, NetworkConditions
 
 SEEDS = range(10)
-in_each_weather = pytest.mark.parametrize("weather", WEATHERS.values(), ids=WEATHERS.keys())
+in_all_conditions = pytest.mark.parametrize("conditions", CONDITIONS.values(), ids=CONDITIONS.keys())
 with_each_seed = pytest.mark.parametrize("seed", SEEDS)
 
 
 def test_the_same_seed_gives_the_same_frames_and_events() -> None:
     labs = []
     for seed in (3, 3, 4):
-        lab = Lab(seed, WEATHERS["loss, delay and reordering"])
+        lab = Lab(seed, CONDITIONS["loss, delay and reordering"])
         lab.start_all()
         labs.append((lab.network.recorded, lab.events, lab.server.events if lab.server else None))
     assert labs[0] == labs[1]
@@ -28,9 +28,9 @@ def test_the_same_seed_gives_the_same_frames_and_events() -> None:
 
 
 @with_each_seed
-@in_each_weather
-def test_when_the_server_is_killed_all_stop_within_their_lease(weather: Weather, seed: int) -> None:
-    properties.all_stop_when_the_server_is_killed(Lab(seed, weather))
+@in_all_conditions
+def test_when_the_server_is_killed_all_stop_within_their_lease(conditions: NetworkConditions, seed: int) -> None:
+    properties.all_stop_when_the_server_is_killed(Lab(seed, conditions))
 
 
 @with_each_seed
@@ -39,14 +39,14 @@ def test_an_emergency_stop_reaches_eight_robots_within_50_ms(seed: int) -> None:
 
 
 @with_each_seed
-@in_each_weather
-def test_an_emergency_stop_gets_through_bad_weather(weather: Weather, seed: int) -> None:
-    properties.an_emergency_stop_gets_through(Lab(seed, weather))
+@in_all_conditions
+def test_an_emergency_stop_gets_through_a_bad_network(conditions: NetworkConditions, seed: int) -> None:
+    properties.an_emergency_stop_gets_through(Lab(seed, conditions))
 
 
 @with_each_seed
 def test_an_emergency_stop_is_repeated_until_each_robot_has_it(seed: int) -> None:
-    properties.an_emergency_stop_does_not_wait_for_the_lease(Lab(seed, WEATHERS["30 % loss"]))
+    properties.an_emergency_stop_does_not_wait_for_the_lease(Lab(seed, CONDITIONS["30 % loss"]))
 
 
 @with_each_seed
@@ -65,9 +65,9 @@ def test_a_rearm_that_overtakes_the_robots_reports_leaves_all_in_hold(seed: int)
 
 
 @with_each_seed
-@pytest.mark.parametrize("weather", [WEATHERS["good weather"], WEATHERS["loss, delay and reordering"]], ids=["good", "bad"])
-def test_a_stop_in_the_middle_of_any_command_wins(weather: Weather, seed: int) -> None:
-    properties.a_stop_in_the_middle_of_any_command_wins(Lab(seed, weather))
+@pytest.mark.parametrize("conditions", [CONDITIONS["no impairment"], CONDITIONS["loss, delay and reordering"]], ids=["good", "bad"])
+def test_a_stop_in_the_middle_of_any_command_wins(conditions: NetworkConditions, seed: int) -> None:
+    properties.a_stop_in_the_middle_of_any_command_wins(Lab(seed, conditions))
 
 
 @with_each_seed
@@ -81,9 +81,9 @@ def test_none_of_ten_thousand_false_frames_is_taken(seed: int) -> None:
 
 
 @with_each_seed
-@pytest.mark.parametrize("weather", [WEATHERS["good weather"], WEATHERS["30 % loss"]], ids=["good", "loss"])
-def test_robots_start_together(weather: Weather, seed: int) -> None:
-    properties.robots_start_together(Lab(seed, weather))
+@pytest.mark.parametrize("conditions", [CONDITIONS["no impairment"], CONDITIONS["30 % loss"]], ids=["good", "loss"])
+def test_robots_start_together(conditions: NetworkConditions, seed: int) -> None:
+    properties.robots_start_together(Lab(seed, conditions))
 
 
 @with_each_seed

@@ -15,7 +15,7 @@ from hero_robot.fleet.coordinator import FleetCoordinator
 from hero_robot.fleet.robot_link import RobotLink
 from tests.hero_robot.fleet import properties
 from tests.hero_robot.fleet.lab import Lab
-from tests.hero_robot.fleet.weather import WEATHERS
+from tests.hero_robot.fleet.lossy_network import CONDITIONS
 
 Property = Callable[[Lab], None]
 
@@ -25,7 +25,7 @@ SEED = 1
 
 @dataclass(frozen=True)
 class BrokenCore:
-    """A fault in the firmware, and the properties that it takes, each with the weather that brings it to light."""
+    """A fault in the firmware, and the properties that it takes, each with the network conditions that bring it to light."""
 
     file: str
     right: str
@@ -41,10 +41,10 @@ CORES = {
         GRANT,
         "supervisor->lease_us = most + 1500000u;",
         [
-            (properties.all_stop_when_the_server_is_killed, "good weather"),
-            (properties.a_cut_link_stops_all_and_starts_none, "good weather"),
-            (properties.a_server_that_hangs_stops_all_and_starts_none, "good weather"),
-            (properties.held_back_frames_grant_no_motion, "good weather"),
+            (properties.all_stop_when_the_server_is_killed, "no impairment"),
+            (properties.a_cut_link_stops_all_and_starts_none, "no impairment"),
+            (properties.a_server_that_hangs_stops_all_and_starts_none, "no impairment"),
+            (properties.held_back_frames_grant_no_motion, "no impairment"),
         ],
     ),
     "a lease that counts from its arrival": BrokenCore(
@@ -58,8 +58,8 @@ CORES = {
         LEASE_END,
         "if (supervisor->start_pending) enter(",
         [
-            (properties.a_cut_link_stops_all_and_starts_none, "good weather"),
-            (properties.a_server_that_hangs_stops_all_and_starts_none, "good weather"),
+            (properties.a_cut_link_stops_all_and_starts_none, "no impairment"),
+            (properties.a_server_that_hangs_stops_all_and_starts_none, "no impairment"),
         ],
     ),
     "an emergency stop that is not latched": BrokenCore(
@@ -67,9 +67,9 @@ CORES = {
         "enter(supervisor, HERO_STATE_ESTOP, HERO_BECAUSE_ESTOP);",
         "enter(supervisor, HERO_STATE_HOLD, HERO_BECAUSE_ESTOP);",
         [
-            (properties.an_emergency_stop_is_immediate, "good weather"),
-            (properties.a_new_server_takes_over_a_stopped_fleet, "good weather"),
-            (properties.a_stop_in_the_middle_of_any_command_wins, "good weather"),
+            (properties.an_emergency_stop_is_immediate, "no impairment"),
+            (properties.a_new_server_takes_over_a_stopped_fleet, "no impairment"),
+            (properties.a_stop_in_the_middle_of_any_command_wins, "no impairment"),
         ],
     ),
     "an emergency stop that leaves it to the lease": BrokenCore(
@@ -77,7 +77,7 @@ CORES = {
         "enter(supervisor, HERO_STATE_ESTOP, HERO_BECAUSE_ESTOP);",
         "",
         [
-            (properties.an_emergency_stop_is_immediate, "good weather"),
+            (properties.an_emergency_stop_is_immediate, "no impairment"),
             (properties.an_emergency_stop_gets_through, "30 % loss"),
             (properties.an_emergency_stop_does_not_wait_for_the_lease, "30 % loss"),
         ],
@@ -86,13 +86,13 @@ CORES = {
         "hero_link.c",
         "if (session && frame->sequence <= link->last_sequence) return HERO_REPLAYED;",
         "",
-        [(properties.no_false_frame_is_taken, "good weather")],
+        [(properties.no_false_frame_is_taken, "no impairment")],
     ),
     "tags that are not looked at": BrokenCore(
         "hero_link.c",
         "if (!hero_frame_authentic(link->key, data, size)) return HERO_FORGED;",
         "(void)data, (void)size;",
-        [(properties.no_false_frame_is_taken, "good weather")],
+        [(properties.no_false_frame_is_taken, "no impairment")],
     ),
     "a start that begins as it arrives": BrokenCore(
         "hero_supervisor.c",
@@ -100,14 +100,14 @@ CORES = {
         "supervisor->start_us = now_us;",
         [
             (properties.robots_start_together, "30 % loss"),
-            (properties.a_robot_that_is_lost_during_the_start_keeps_all_from_starting, "good weather"),
+            (properties.a_robot_that_is_lost_during_the_start_keeps_all_from_starting, "no impairment"),
         ],
     ),
     "a controller beyond the robot's limits": BrokenCore(
         "hero_supervisor.c",
         "if (!hero_controller_in_range(&command->controller)) return HERO_OUT_OF_RANGE;",
         "",
-        [(properties.controllers_are_taken_in_hold_in_range_and_under_rising_versions, "good weather")],
+        [(properties.controllers_are_taken_in_hold_in_range_and_under_rising_versions, "no impairment")],
     ),
 }
 
@@ -129,9 +129,9 @@ def break_core(fault: BrokenCore, folder: Path, monkeypatch: pytest.MonkeyPatch)
 @pytest.mark.parametrize("fault", CORES.values(), ids=CORES.keys())
 def test_a_fault_in_the_robot_is_found(fault: BrokenCore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     break_core(fault, tmp_path, monkeypatch)
-    for holds, weather in fault.lost:
+    for holds, conditions in fault.lost:
         with pytest.raises(AssertionError):
-            holds(Lab(SEED, WEATHERS[weather]))
+            holds(Lab(SEED, CONDITIONS[conditions]))
 
 
 # --- faults of the server -----------------------------------------------------------------------------------------------
@@ -175,23 +175,23 @@ def nobody_checks_who_may_start(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize(
-    ("break_server", "holds", "weather"),
+    ("break_server", "holds", "conditions"),
     [
-        (heartbeats_outlive_the_server, properties.all_stop_when_the_server_is_killed, "good weather"),
+        (heartbeats_outlive_the_server, properties.all_stop_when_the_server_is_killed, "no impairment"),
         (heartbeats_outlive_the_server, properties.all_stop_when_the_server_is_killed, "loss, delay and reordering"),
-        (leases_are_longer_than_the_fleet_file_says, properties.all_stop_when_the_server_is_killed, "good weather"),
+        (leases_are_longer_than_the_fleet_file_says, properties.all_stop_when_the_server_is_killed, "no impairment"),
         (the_stop_is_not_latched, properties.an_emergency_stop_gets_through, "30 % loss"),
         (the_stop_is_not_latched, properties.an_emergency_stop_does_not_wait_for_the_lease, "30 % loss"),
-        (old_reports_are_believed, properties.a_rearm_that_overtakes_reports_leaves_all_in_hold, "good weather"),
-        (a_start_is_not_taken_back, properties.a_robot_that_is_lost_during_the_start_keeps_all_from_starting, "good weather"),
+        (old_reports_are_believed, properties.a_rearm_that_overtakes_reports_leaves_all_in_hold, "no impairment"),
+        (a_start_is_not_taken_back, properties.a_robot_that_is_lost_during_the_start_keeps_all_from_starting, "no impairment"),
     ],
 )
 def test_a_fault_in_the_server_is_found(
-    break_server: Callable[[pytest.MonkeyPatch], None], holds: Property, weather: str, monkeypatch: pytest.MonkeyPatch
+    break_server: Callable[[pytest.MonkeyPatch], None], holds: Property, conditions: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     break_server(monkeypatch)
     with pytest.raises(AssertionError):
-        holds(Lab(SEED, WEATHERS[weather]))
+        holds(Lab(SEED, CONDITIONS[conditions]))
 
 
 def test_a_server_that_checks_nothing_before_a_start_is_found(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,4 +1,4 @@
-"""A bad network on simulated time, by its seed: it loses, delays, reorders, repeats, holds back and records datagrams."""
+"""A bad network on simulated time, by its seed: it loses, delays, reorders, duplicates, holds back and records datagrams."""
 
 from __future__ import annotations
 
@@ -7,40 +7,40 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 LATENCY = 0.001
-"""Time on the way in any weather, s."""
+"""Time on the way under any conditions, s."""
 
 
 @dataclass(frozen=True)
-class Weather:
+class NetworkConditions:
     """What the network does to each datagram, in both directions."""
 
     loss: float = 0.0
     """Probability that it is lost."""
     delay: float = 0.0
-    """Time on the way, s, on top of that of any weather."""
+    """Time on the way, s, on top of the latency."""
     jitter: float = 0.001
     """Uniform time on top, s: more than the time between datagrams reorders them."""
-    repeats: float = 0.0
+    duplication: float = 0.0
     """Probability that it arrives twice."""
     cut: bool = False
-    holding: bool = False
+    held: bool = False
     """Held back, to be let go later."""
 
 
-CUT = Weather(cut=True)
+CUT = NetworkConditions(cut=True)
 
-WEATHERS = {
-    "good weather": Weather(),
-    "30 % loss": Weather(loss=0.3),
-    "reordering": Weather(jitter=0.08),
-    "100 ms delay": Weather(delay=0.1),
-    "loss, delay and reordering": Weather(loss=0.3, delay=0.02, jitter=0.06),
-    "everything twice": Weather(delay=0.02, jitter=0.05, repeats=1.0),
+CONDITIONS = {
+    "no impairment": NetworkConditions(),
+    "30 % loss": NetworkConditions(loss=0.3),
+    "reordering": NetworkConditions(jitter=0.08),
+    "100 ms delay": NetworkConditions(delay=0.1),
+    "loss, delay and reordering": NetworkConditions(loss=0.3, delay=0.02, jitter=0.06),
+    "everything twice": NetworkConditions(delay=0.02, jitter=0.05, duplication=1.0),
 }
 
 
 @dataclass
-class SeededNetwork:
+class LossyNetwork:
     """Carries datagrams between a server and its robots.
 
     Args:
@@ -50,7 +50,7 @@ class SeededNetwork:
 
     seed: int
     schedule: Callable[[float, Callable[[], object]], None]
-    weather: Weather = field(default_factory=Weather)
+    conditions: NetworkConditions = field(default_factory=NetworkConditions)
     recorded: list[tuple[int, bytes]] = field(default_factory=list)
     """All that servers have sent: to which robot, and what."""
 
@@ -60,24 +60,24 @@ class SeededNetwork:
 
     def carry(self, deliver: Callable[[], object]) -> None:
         """Take a datagram on its way; ``deliver`` hands it over."""
-        weather = self.weather
-        if weather.cut or self._random.random() < weather.loss:
+        conditions = self.conditions
+        if conditions.cut or self._random.random() < conditions.loss:
             return
-        if weather.holding:
+        if conditions.held:
             self._held.append(deliver)
             return
-        for _ in range(2 if self._random.random() < weather.repeats else 1):
-            self.schedule(LATENCY + weather.delay + self._random.uniform(0, weather.jitter), lambda: self._arrive(deliver))
+        for _ in range(2 if self._random.random() < conditions.duplication else 1):
+            self.schedule(LATENCY + conditions.delay + self._random.uniform(0, conditions.jitter), lambda: self._arrive(deliver))
 
     def _arrive(self, deliver: Callable[[], object]) -> None:
-        if not self.weather.cut:
+        if not self.conditions.cut:
             deliver()
 
     def change(self, **changes: float | bool) -> None:
-        """Change some of the weather."""
-        self.weather = replace(self.weather, **changes)  # type: ignore[arg-type]
+        """Change some of the conditions."""
+        self.conditions = replace(self.conditions, **changes)  # type: ignore[arg-type]
 
-    def let_go(self) -> int:
+    def release(self) -> int:
         """Deliver all that was held back, in order; how many there were."""
         held, self._held = self._held, []
         for place, deliver in enumerate(held):
