@@ -127,8 +127,10 @@ def _save_gif(images: npt.NDArray[np.uint8], path: Path, fps: float) -> None:
 
 def _palette(images: npt.NDArray[np.uint8]) -> Image.Image:
     """Choose colours: the many small things, such as bodies, keep their exact ones, gradients share the others."""
-    colours, counts = np.unique(images.reshape(-1, 3), axis=0, return_counts=True)
-    common = colours[np.argsort(-counts, kind="stable")[:COMMON_COLOURS]]
+    red, green, blue = np.moveaxis(images.astype(np.uint32), -1, 0)
+    colours, counts = np.unique(red << 16 | green << 8 | blue, return_counts=True)  # one number for each: rows sort ten times as slowly
+    chosen = colours[np.argsort(-counts, kind="stable")[:COMMON_COLOURS]]
+    common = np.stack([chosen >> 16, chosen >> 8 & 255, chosen & 255], axis=1)
     spread = Image.fromarray(np.concatenate(list(images))).quantize(SPREAD_COLOURS, method=Image.Quantize.MAXCOVERAGE).getpalette()
     palette = Image.new("P", (1, 1))
     palette.putpalette([*common.ravel().tolist(), *(spread or [])[: 3 * SPREAD_COLOURS]])
