@@ -1,5 +1,7 @@
 """Drives a robot by every code that moves robots, with a law of motion changed in one place; prints where it ends up, as JSON.
 
+The same for the sensor's law: how often a robot in view is missed.
+
 Run without compilation (``NUMBA_DISABLE_JIT=1``): a law is then a plain function, whose code is exchanged for another.
 """
 
@@ -20,8 +22,10 @@ from swarm_envs.calibration.drive.measured import Measured
 from swarm_envs.calibration.drive.motion import free_run
 from swarm_envs.calibration.drive.parameters import drive_parameters
 from swarm_envs.calibration.logs.log import Track
-from swarm_envs.simulation import drive_law
+from swarm_envs.calibration.sensor.misses import miss_probabilities
+from swarm_envs.simulation import drive_law, sensor_law
 from swarm_envs.simulation.chipmunk import engine as chipmunk
+from swarm_envs.simulation.effect_rows import effect_rows
 from swarm_envs.simulation.trigonometry import sinc
 from swarm_envs.worlds import WorldSpec
 
@@ -37,6 +41,9 @@ START = (0.85, 0.71, 0.3)
 COMMANDS = ((0.08, 1.2), (-0.05, 0.4), (0.0, 0.0), (0.09, -0.8))
 """Each for half a second: v in m/s and omega in rad/s."""
 TICKS = 20
+
+WORLDS = 2000
+"""Readings of the sensor."""
 
 Poses = dict[str, list[float]]
 
@@ -75,6 +82,10 @@ def floor_drift(effects: Any, duration: float) -> tuple[float, float]:
     return -0.02 * duration, 0.03 * duration
 
 
+def miss_probability(effects: Any, share: float, v: float, omega: float) -> float:
+    return 0.8 - 0.4 * share
+
+
 CHANGES: dict[str, Callable[..., Any]] = {
     each.__name__: each
     for each in (goal_velocity, stand_below_deadband, clip_rims, first_order, chord_speed, time_of_effect, start_kick, floor_drift)
@@ -90,10 +101,10 @@ def call_chipmunk_from_python() -> None:
 
 
 @contextmanager
-def changed(name: str) -> Iterator[None]:
+def changed(law: Any, other: Any) -> Iterator[None]:
     """Exchange the code of a law; whoever has imported the function runs the other code."""
-    law, before = getattr(drive_law, name), getattr(drive_law, name).__code__
-    law.__code__ = CHANGES[name].__code__
+    before = law.__code__
+    law.__code__ = other.__code__
     try:
         yield
     finally:
@@ -131,12 +142,26 @@ def ends(effects: dict[str, float]) -> Poses:
     return {way: pose.tolist() for way, pose in ways.items()}
 
 
+def missed() -> dict[str, float]:
+    """How often a robot at half of its neighbour's range is missed: counted in the simulation, and as calibration has it."""
+    world = load_world("hero_plus", num_robots=2).with_effects(missed_detections=0.3, misses_at_full_range=0.4)
+    distance = 0.5 * world.robots[0].sensors[0].range
+    simulation = Simulation(world, WORLDS, "disc")
+    simulation.reset(3, initial_poses=np.tile([(0.4, 0.7, 0.0), (0.4 + distance, 0.7, 0.0)], (WORLDS, 1, 1)))
+    probability = np.empty(1)
+    miss_probabilities(effect_rows([world.robots[0].effects]), np.array([0.5]), np.zeros(1), np.zeros(1), probability)
+    return {"simulation": float(1.0 - simulation.detections[:, 0].mean()), "calibration": float(probability[0])}
+
+
 if __name__ == "__main__":
     call_chipmunk_from_python()
-    found: dict[str, dict[str, Poses]] = {"": {name: ends(effects) for name, effects in EFFECTS.items()}}
+    found: dict[str, dict[str, Any]] = {"": {name: ends(effects) for name, effects in EFFECTS.items()}}
     for change in CHANGES:
-        with changed(change):
+        with changed(getattr(drive_law, change), CHANGES[change]):
             found[change] = {"without lag": ends(EFFECTS["without lag"])}
             if change == "chord_speed":
                 found[change]["ideal"] = ends({})
+    found["sensor"] = {"as declared": missed()}
+    with changed(sensor_law.miss_probability, miss_probability):
+        found["sensor"]["changed"] = missed()
     print(json.dumps(found))

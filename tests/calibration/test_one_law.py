@@ -1,4 +1,4 @@
-"""There is one law of motion: whoever moves a robot follows when it changes in its one place, and all agree to the last digits."""
+"""There is one law of motion and one of the sensor: whoever uses one follows when it changes in its one place, and all agree."""
 
 from __future__ import annotations
 
@@ -46,3 +46,12 @@ def test_a_law_changed_in_one_place_is_changed_everywhere(ends: dict[str, Any], 
         before, after = ([each[way] for way in WAYS] for each in (ends[""][effects], poses))
         assert np.abs(np.subtract(after, before)).max(axis=1).min() > 1e-3, "every way of moving the robot must follow"
         assert np.ptp(after, axis=0).max() < 1e-14, "and in the same way"
+
+
+@pytest.mark.parametrize(("law", "expected"), [("as declared", 0.3 + 0.4 * 0.25), ("changed", 0.8 - 0.4 * 0.5)])
+def test_the_simulation_misses_as_often_as_calibration_expects_whatever_the_sensors_law(
+    ends: dict[str, Any], law: str, expected: float
+) -> None:
+    missed = ends["sensor"][law]
+    assert missed["calibration"] == pytest.approx(expected, abs=1e-14)
+    assert missed["simulation"] == pytest.approx(expected, abs=4 * np.sqrt(expected * (1 - expected) / 2000))
