@@ -13,7 +13,8 @@ from swarm_envs.calibration.drive.fitting import Model
 from swarm_envs.calibration.drive.measured import measured
 from swarm_envs.calibration.drive.parameters import drive_parameters
 from swarm_envs.calibration.validation.gain import Gain
-from swarm_envs.calibration.validation.swarm import controller_of, swarm_gain
+from swarm_envs.calibration.validation.swarm import swarm_gain
+from swarm_envs.calibration.validation.swarm_runs import controller_of
 from tests.calibration.simulated import CONTROLLERS, log_of
 
 

@@ -18,27 +18,23 @@ from dataclasses import dataclass
 import numpy as np
 
 from swarm_envs import behaviours, metrics
-from swarm_envs.calibration.arrays import BoolArray, FloatArray, IntArray
+from swarm_envs.calibration.arrays import FloatArray
 from swarm_envs.calibration.drive.fitting import Model
-from swarm_envs.calibration.drive.measured import Measured, run_of
+from swarm_envs.calibration.drive.measured import Measured
 from swarm_envs.calibration.drive.noise import HEADING, PLACE
 from swarm_envs.calibration.drive.parameters import drive_parameters, with_drive
-from swarm_envs.calibration.logs.log import Log, Track
-from swarm_envs.calibration.prediction.arena import TICK, arena_world, at, motion, replay
+from swarm_envs.calibration.logs.log import Log
+from swarm_envs.calibration.prediction.arena import TICK, arena_world, motion, replay
 from swarm_envs.calibration.validation.gain import Gain, bootstrap
-from swarm_envs.simulation import Simulation, rollouts
+from swarm_envs.calibration.validation.swarm_detections import detections_gain
+from swarm_envs.calibration.validation.swarm_runs import EVERY, SwarmRun, swarm_runs
+from swarm_envs.simulation import rollouts
 from swarm_envs.worlds import WorldError, WorldSpec
 
 METRICS = {"average_speed": "m/s", "angular_momentum": "m/s", "radial_variance": "1", "scatter": "1", "group_rotation": "m/s"}
 """Names and units in the order of :func:`swarm_envs.metrics.hand_crafted`."""
-FEWEST = 3
-"""Robots that make a swarm."""
 COPIES = 8
 """Closed-loop runs of each world."""
-EVERY = 2
-"""Ticks of a replay from one frame to the next: 0.1 s."""
-OBEYED = 0.9
-"""Share of commands that must follow the detections before a log's controllers are believed."""
 
 
 @dataclass(frozen=True)
@@ -50,28 +46,6 @@ class Recorded:
     time: FloatArray
     """(frames,) s."""
     world: WorldSpec
-
-
-@dataclass(frozen=True)
-class SwarmRun:
-    """A run in which all robots of a swarm were tracked."""
-
-    tracks: tuple[Track, ...]
-    begin: float
-    """s"""
-    frames: FloatArray
-    """(F, R, 3) measured poses, 0.1 s apart."""
-    model: Model
-    """The drive, fitted without this run."""
-    gains: dict[str, FloatArray]
-    """By robot, its own factors on both gains."""
-    controller: FloatArray | None
-    """(4,) [v0, omega0, v1, omega1], where commands follow detections."""
-
-    @property
-    def time(self) -> FloatArray:
-        """(F,) s from the first frame."""
-        return np.asarray(EVERY * TICK * np.arange(len(self.frames)), np.float64)
 
 
 def swarm_gain(
@@ -96,54 +70,11 @@ def swarm_gain(
     if not runs:
         return []
     progress(f"replaying {len(runs)} runs of whole swarms")
-    found = _detections(runs, world, extended)
+    found = detections_gain(runs, world, extended)
     if log.outline is not None:
         found += _replayed(log, runs, world, extended)
         found += _closed_loop(log, runs, world, extended)
     return found
-
-
-def swarm_runs(log: Log, data: Measured, after: Sequence[Model]) -> list[SwarmRun]:
-    """Return the runs with at least :data:`FEWEST` robots, all tracked, for at least 2 s together."""
-    predicted = {(track.run, track.robot) for track in log.tracked}
-    models = {run_of(name): model for name, model in zip(data.runs, after, strict=True)}
-    found = []
-    for run in log.runs:
-        tracks = tuple(track for track in log.tracks if track.run == run)
-        if len(tracks) < FEWEST or any((run, track.robot) not in predicted for track in tracks):
-            continue
-        begin, end = max(track.times[0] for track in tracks), min(track.times[-1] for track in tracks)
-        if end - begin < 2.0:
-            continue
-        times = begin + EVERY * TICK * np.arange(int((end - begin) / (EVERY * TICK) + 1e-9) + 1)
-        gains = dict(zip(data.robots, models[run].gains, strict=True))
-        frames = np.stack([at(track, times) for track in tracks], axis=1)
-        found.append(SwarmRun(tracks, float(begin), frames, models[run], gains, controller_of(tracks)))
-    return found
-
-
-def controller_of(tracks: Sequence[Track]) -> FloatArray | None:
-    """Return the controller [v0, omega0, v1, omega1] that all robots of a run obeyed, if they did.
-
-    Commands other than the two most frequent ones are allowed as long as :data:`OBEYED` of all follow the detections.
-    """
-    given, seen = [], []
-    for track in tracks:
-        if not len(track.detection_times):
-            return None
-        # a controller answers a reading at once or a little later
-        latest = np.searchsorted(track.detection_times, track.command_times + 1e-6, side="right") - 1
-        given.append(track.commands[latest >= 0])
-        seen.append(track.detections[latest[latest >= 0]])
-    commands, detected = np.concatenate(given), np.concatenate(seen)
-    pairs = []
-    for reading in (False, True):
-        answers, counts = np.unique(np.round(commands[detected == reading], 6), axis=0, return_counts=True)
-        if not len(answers):
-            return None
-        pairs.append(answers[np.argmax(counts)])
-    obeyed = np.abs(commands - np.where(detected[:, None], pairs[1], pairs[0])).max(axis=1) < 1e-5
-    return np.concatenate(pairs) if obeyed.mean() >= OBEYED else None
 
 
 # simulations
@@ -251,63 +182,3 @@ def _gains(prefix: str, rows: FloatArray) -> list[Gain]:
         interval = bootstrap(np.column_stack([sums[:, :2], np.ones(len(sums))]), root=power == 2)
         found.append(Gain(f"{prefix}{name}", None, unit, was, now, interval, floor))
     return found
-
-
-def _detections(runs: Sequence[SwarmRun], world: WorldSpec, extended: WorldSpec) -> list[Gain]:
-    """Return the share of readings that come out otherwise when sensors look from the measured poses."""
-    sums, chance = [], []
-    for seed, run in enumerate(runs):
-        if not all(len(track.detection_times) for track in run.tracks):
-            continue
-        calibrated = with_drive(extended, run.model.parameters)
-        times = _reading_times(run, max(_sensor_delay(world), _sensor_delay(calibrated)))
-        true = _reported(run, times)
-        before = _simulated(run, times, world, drive_parameters(world), 2 * seed)
-        after, again = (_simulated(run, times, calibrated, run.model.parameters, 2 * seed + number) for number in (0, 1))
-        sums.append([(before != true).sum(), (after != true).sum(), len(true)])
-        chance.append((again != after).mean())
-    if not sums:
-        return []
-    array = np.array(sums, float)
-    was, now = array[:, :2].sum(axis=0) / array[:, 2].sum()
-    return [Gain("detections", None, "1", float(was), float(now), bootstrap(array, root=False), float(np.mean(chance)))]
-
-
-def _sensor_delay(world: WorldSpec) -> float:
-    return world.robots[0].effects.sensor_delay
-
-
-def _reading_times(run: SwarmRun, delay: float) -> FloatArray:
-    """Return the times (T,) of a run's readings, of those whose view was tracked though it is up to ``delay`` s old."""
-    times = np.unique(np.round(np.concatenate([track.detection_times for track in run.tracks]), 3))
-    return np.asarray(times[(times - delay >= run.begin) & (times <= run.begin + run.time[-1])])
-
-
-def _own_readings(track: Track, times: FloatArray) -> tuple[IntArray, IntArray]:
-    """Return the indices of a robot's readings at some times (T,), among its own readings and among the times."""
-    own = np.round(track.detection_times, 3)
-    kept = np.flatnonzero(np.isin(own, times))
-    return kept, np.searchsorted(times, own[kept])
-
-
-def _reported(run: SwarmRun, times: FloatArray) -> BoolArray:
-    """Return the measured readings (D,) at some times, robot by robot."""
-    return np.concatenate([track.detections[_own_readings(track, times)[0]] for track in run.tracks])
-
-
-def _simulated(run: SwarmRun, times: FloatArray, world: WorldSpec, parameters: FloatArray, seed: int) -> BoolArray:
-    """Return the readings (D,) that a world's sensors give at the measured poses at the same times."""
-    robots = tuple(world.robots[k % world.num_robots] for k in range(len(run.tracks)))
-    seeing = world.replace(robots=robots, broadcast=None, objects=()).with_effects(sensor_delay=0.0)
-    # the arena matters only where it hides robots, and none of the log's is known to
-    spec = seeing.replace(arena=arena_world(seeing, None, len(robots)).arena)
-    simulation = Simulation(spec, len(times), "disc")
-    simulation.reset(seed)
-    looked = times - _sensor_delay(world)
-    simulation.poses[:] = np.stack([at(track, looked) for track in run.tracks], axis=1)
-    ticks = round(run.time[-1] / TICK) + 1
-    speed = motion(parameters, run.tracks, run.begin, ticks, run.gains).speed
-    simulation.state.drive_velocity[:] = speed[np.clip(((looked - run.begin) / TICK).astype(int), 0, ticks - 1)]
-    simulation.observe()
-    readings = simulation.detections.reshape(len(times), len(robots), -1)[..., 0] > 0
-    return np.concatenate([readings[_own_readings(track, times)[1], column] for column, track in enumerate(run.tracks)])
