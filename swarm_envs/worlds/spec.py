@@ -90,7 +90,8 @@ class Limits:
 class Contact:
     """The one contact law's coefficients: Coulomb friction and Newton restitution.
 
-    A robot's drive renews its wish each tick, so restitution throws it back for the rest of a tick at most; objects keep their bounce.
+    A robot's drive asks for its desired velocity again each tick, so restitution throws it back for the rest of a tick at most; objects
+    keep their bounce.
     """
 
     robot_friction: float = quantity("1", 0.0, low=0.0, high=10.0)
