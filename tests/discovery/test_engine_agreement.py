@@ -30,8 +30,8 @@ def simulator(engine: str = "chipmunk", world: WorldSpec | None = None, steps: i
 def hide_a_disagreement(monkeypatch: pytest.MonkeyPatch, engine: str) -> None:
     """With this engine robots stand where the start put them."""
 
-    def stuck(self: Simulator, controllers: FloatArray, seed: int) -> Trajectories:
-        honest = HONEST(self, controllers, seed)
+    def stuck(self: Simulator, controllers: FloatArray, seed: int, first: int = 0) -> Trajectories:
+        honest = HONEST(self, controllers, seed, first)
         return (
             dataclasses.replace(honest, poses=np.repeat(honest.poses[:, :1], honest.poses.shape[1], axis=1))
             if self.engine == engine
