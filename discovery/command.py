@@ -24,7 +24,7 @@ from discovery.controllers import check_controllers
 from discovery.errors import DiscoveryError
 from discovery.runs.run_folder import RunFolder, make_folder, notice, open_folder, refuse_finished
 from discovery.settings import Settings, read_settings, setting_names
-from discovery.settings.former_names import rename_words
+from discovery.settings.former_names import rename_keys, rename_words
 from discovery.tracking import check_tracker
 from swarm_envs.simulation import announce_engine
 from swarm_envs.worlds import WorldError, load_world
@@ -119,6 +119,8 @@ def _hydra_main(context: RunContext) -> None:
     def job(config: DictConfig) -> None:
         if context.failure is not None:
             return  # the rest of a sweep
+        for line in rename_keys(config):  # of a person's own config files
+            notice(line)
         overrides = [text for text in HydraConfig.get().overrides.task if not text.startswith(("resume=", "runs=", "folder="))]
         try:
             print(run(read_settings(config), bool(overrides), context), flush=True)

@@ -6,4 +6,5 @@ from hero_robot.firmware.build import *  # noqa: F403
 from hero_robot.firmware.build import main
 
 if __name__ == "__main__":
+    print("python -m hero_firmware.build is now python -m hero_robot.firmware.build; use that", file=sys.stderr)
     sys.exit(main())

@@ -23,8 +23,8 @@ ORDER = (
     ("docs.site",),
 )
 """A room may import itself and what stands in the lines before it. ``swarm_envs`` alone is the package's front door."""
-OLD_NAMES = ("discovery.deployment",)
-"""Rooms that forward to another for one version; nothing imports them."""
+OLD_NAMES = ("discovery.deployment", "discovery.dataset", "discovery.run_folder", "discovery.representations.judged")
+"""Rooms and modules that forward to others for one version; nothing imports them."""
 WITHOUT = ("docs", "docs.conf", "hero_robot")
 """A package that says only what its folder is, and what Sphinx reads."""
 

@@ -7,6 +7,9 @@ import importlib
 import pytest
 
 OLD = {
+    "discovery.dataset.Dataset": "discovery.rollouts.dataset.Dataset",
+    "discovery.representations.judged.fit_triplet": "discovery.representations.triplet.fit_triplet",
+    "discovery.run_folder.RunFolder": "discovery.runs.run_folder.RunFolder",
     "swarm_envs.behaviours.Demand": "swarm_envs.behaviours.Condition",
     "swarm_envs.metrics.Trajectories": "swarm_envs.metrics.PoseTrajectories",
     "swarm_envs.metrics.polygon_edges": "swarm_envs.simulation.segments.polygon_edges",

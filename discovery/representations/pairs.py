@@ -25,7 +25,7 @@ class Pairs:
     starts: int
     """Videos of each controller."""
     batch: int
-    """Pairs a step."""
+    """Pairs per step."""
 
     @property
     def steps(self) -> int:

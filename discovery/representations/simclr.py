@@ -58,7 +58,7 @@ def begin(
         torch.manual_seed(whole_seed(seed, "projection head"))
         head = SimCLRProjectionHead(EMBEDDING, EMBEDDING, PROJECTION).to(compute.device)
     parameters = [*network.parameters(), *head.parameters()]
-    # As in SimCLR, biases and normalisation neither decay nor have their rate adapted; lightly's LARS takes zero decay as that wish.
+    # As in SimCLR, biases and normalisation neither decay nor have their rate adapted: lightly's LARS adapts none where decay is 0.
     groups = [
         {"params": [p for p in parameters if p.ndim > 1], "weight_decay": settings.weight_decay},
         {"params": [p for p in parameters if p.ndim == 1], "weight_decay": 0.0},

@@ -12,7 +12,7 @@ from discovery.search.novelty import Neighbours
 
 
 class UnstructuredArchive(ProximityArchive):
-    """Keeps everything evaluated, twins too, in the order of evaluation (the paper's buffer).
+    """Keeps everything evaluated, duplicates too, in the order of evaluation (the paper's buffer).
 
     pyribs builds a k-d tree of the whole archive at every ``add``: seconds each with 100,000 embeddings, and no help in 512 dimensions.
     Here neighbours come from matrix products. And novelty is that of an archive that holds the batch already: batch-mates count, the

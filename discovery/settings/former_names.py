@@ -19,26 +19,32 @@ CHOICES = {
 """Today's choice of a config group for each earlier one."""
 
 
-def rename_keys(config: DictConfig) -> None:
-    """Give the values of earlier keys to today's, in place."""
+def rename_keys(config: DictConfig) -> list[str]:
+    """Give the values of earlier keys to today's, in place; return a line for each."""
+    told = []
     for former, key in KEYS.items():
         group, name = former.split(".")
         part = config.get(group)
         if isinstance(part, DictConfig) and name in part:
             OmegaConf.set_struct(part, False)
             OmegaConf.update(config, key, part.pop(name))
+            told.append(_say(former, key))
+    return told
 
 
 def rename_words(words: Sequence[str]) -> tuple[list[str], list[str]]:
     """Return the words of a command line with today's names, and a line for each that has changed."""
     renamed = [_rename(word) for word in words]
     told = [
-        f"{former.partition('=')[0] if word not in CHOICES.values() else former} is now "
-        f"{word.partition('=')[0] if word not in CHOICES.values() else word}; the earlier name will go with the next version"
+        _say(former, word) if word in CHOICES.values() else _say(former.partition("=")[0], word.partition("=")[0])
         for former, word in zip(words, renamed, strict=True)
         if former != word
     ]
     return renamed, told
+
+
+def _say(former: str, today: str) -> str:
+    return f"{former} is now {today}; the earlier name will go with the next version"
 
 
 def _rename(word: str) -> str:

@@ -27,7 +27,7 @@ from pathlib import Path
 from typing import Any
 
 RATE = 20.0
-"""Publications a second."""
+"""Publications per second."""
 
 TOKEN_HEADER = "X-Fleet-Token"
 

@@ -113,6 +113,20 @@ def test_earlier_names_on_the_command_line_are_taken_and_told(monkeypatch: pytes
     assert len(said) == 3
 
 
+def test_earlier_names_in_a_persons_own_config_are_taken_and_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    own = tmp_path / "experiment" / "mine.yaml"
+    own.parent.mkdir()
+    own.write_text("# @package _global_\nname: mine\nclustering: {by_chance: true}\n")
+    monkeypatch.setattr(sys, "argv", ["discovery", "--config-dir", str(tmp_path), "experiment=mine"])
+    assert main() == 1
+    said = capsys.readouterr().err.splitlines()
+    assert said[0] == "discovery: clustering.by_chance is now clustering.wccn; the earlier name will go with the next version"
+    assert said[1].startswith("discovery: clustering.wccn: needs dataset.starts of 2 or more")
+    assert len(said) == 2
+
+
 def test_earlier_names_in_a_config_are_taken() -> None:
     settings = load_run(Path(__file__).parent / "earlier_runs" / "finished").settings
     assert (settings.clustering.wccn, settings.clustering.repeatable, settings.representation.square_root) == (True, 2, True)

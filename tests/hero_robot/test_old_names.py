@@ -33,13 +33,29 @@ def test_an_old_name_gives_the_same_object_and_names_the_new_package(
 
 
 @pytest.mark.parametrize(
-    "command", [["discovery.deployment", "keys", "lab.yaml", "2"], ["hero_firmware.build", "--sizes"]], ids=["fleet", "firmware"]
+    ("command", "new"),
+    [
+        (["-m", "discovery.deployment", "keys", "lab.yaml", "2"], "python -m hero_robot.fleet"),
+        (["-m", "hero_firmware.build", "--sizes"], "python -m hero_robot.firmware.build"),
+    ],
+    ids=["fleet", "firmware"],
 )
-def test_the_old_commands_still_work(command: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_old_commands_still_work_and_say_the_new_ones(
+    command: list[str], new: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("PYTHONPATH", str(ROOT))
-    done = subprocess.run([sys.executable, "-m", *command], capture_output=True, text=True, check=False, cwd=tmp_path)
+    done = subprocess.run([sys.executable, *command], capture_output=True, text=True, check=False, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert done.stdout
+    assert f"is now {new}; use that" in done.stderr
+
+
+def test_the_bridges_old_path_runs_the_bridge(tmp_path: Path) -> None:
+    bridge = ROOT / "discovery" / "deployment" / "ros_bridge.py"
+    done = subprocess.run([sys.executable, bridge], capture_output=True, text=True, check=False, cwd=tmp_path)
+    told, reason = done.stderr.splitlines()
+    assert told == "discovery/deployment/ros_bridge.py is now hero_robot/fleet/ros_bridge.py; use that"
+    assert reason.startswith("expected the session file of a running server")
 
 
 def test_the_host_side_imports_nothing_of_discovery() -> None:

@@ -18,7 +18,7 @@ from discovery.errors import DiscoveryError
 from discovery.settings import Settings, read_settings
 
 SIZES = ("quick", "paper")
-"""How much training: ``quick`` takes minutes a run, ``paper`` every number of the paper."""
+"""How much training: ``quick`` takes minutes per run, ``paper`` every number of the paper."""
 KEYS = {"all", "representations", "worlds", "worlds_with", "target", "starts", "test_set", "variants"}
 """What a plan file says."""
 VARIANT_KEYS = {"name", "tries", "representation", "overrides"}

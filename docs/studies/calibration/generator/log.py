@@ -112,7 +112,7 @@ def _grid(kind: str, runs: int, robots: int) -> list[tuple[str, str, int, int]]:
 
 
 def _drives(random: np.random.Generator, runs: int, factors: Array, *, alone: bool) -> tuple[Scene, list[tuple[str, str, int, int]]]:
-    """Drives on the open floor, one to three robots a run; each is simulated as a scene of its own since they never meet."""
+    """Drives on the open floor, one to three robots per run; each is simulated as a scene of its own since they never meet."""
     team = 1 if alone else int(random.integers(1, 4))
     resend = [None, 0.25][random.integers(2)]
     scripts = programme(random, runs * team)
