@@ -6,6 +6,8 @@ import importlib
 
 import pytest
 
+from swarm_envs import Simulation
+
 OLD = {
     "discovery.dataset.Dataset": "discovery.rollouts.dataset.Dataset",
     "discovery.representations.judged.fit_triplet": "discovery.representations.triplet.fit_triplet",
@@ -24,6 +26,16 @@ def test_an_old_name_forwards_to_the_new_one_with_a_warning(old: str) -> None:
         found = getattr(importlib.import_module(module), name)
     home, _, new = OLD[old].rpartition(".")
     assert found is getattr(importlib.import_module(home), new)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [("held", "latched_commands"), ("history", "command_history"), ("motion", "drive_velocity"), ("readings", "reading_history")],
+)
+def test_an_old_name_of_a_running_state_gives_the_same_array_with_a_warning(old: str, new: str) -> None:
+    state = Simulation("hero_plus").state
+    with pytest.warns(DeprecationWarning, match=rf"Simulation\.state\.{old} is now {new}; use that"):
+        assert getattr(state, old) is getattr(state, new)
 
 
 def test_a_name_that_never_was_is_still_an_error() -> None:

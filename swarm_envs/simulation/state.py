@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from swarm_envs.simulation.parameters import WorldArrays
-
-FloatArray = npt.NDArray[np.float64]
+from swarm_envs.simulation.parameters import FloatArray, WorldArrays
 
 
 class StateArrays(NamedTuple):
@@ -41,6 +40,34 @@ class StateArrays(NamedTuple):
     """(W, R) whether a touch on a wheel keeps the robot from driving."""
     objects: FloatArray
     """(W, B, 6) pushable objects: x, y, angle, vx, vy, omega."""
+
+    @property
+    def held(self) -> FloatArray:
+        """Deprecated name of :attr:`latched_commands`."""
+        _tell_renamed("held", "latched_commands")
+        return self.latched_commands
+
+    @property
+    def history(self) -> FloatArray:
+        """Deprecated name of :attr:`command_history`."""
+        _tell_renamed("history", "command_history")
+        return self.command_history
+
+    @property
+    def motion(self) -> FloatArray:
+        """Deprecated name of :attr:`drive_velocity`."""
+        _tell_renamed("motion", "drive_velocity")
+        return self.drive_velocity
+
+    @property
+    def readings(self) -> npt.NDArray[np.uint8]:
+        """Deprecated name of :attr:`reading_history`."""
+        _tell_renamed("readings", "reading_history")
+        return self.reading_history
+
+
+def _tell_renamed(old: str, new: str) -> None:
+    warnings.warn(f"Simulation.state.{old} is now {new}; use that", DeprecationWarning, stacklevel=3)
 
 
 def empty_state(world: WorldArrays, num_worlds: int) -> StateArrays:
