@@ -1,6 +1,8 @@
 """The law of a binary sensor: what is in view, and how likely a reading is wrong, as pure functions on numbers and a robot's effects.
 
-The simulation draws from these probabilities and calibration weighs readings by them; neither has a formula of its own.
+The simulation draws from these probabilities and calibration weighs readings by them; neither has a formula of its own for either. What
+is in view calibration knows with the noise of measured poses only, which :mod:`swarm_envs.calibration.sensor.likelihood` adds to the
+sector's edges.
 """
 
 from __future__ import annotations

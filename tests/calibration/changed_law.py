@@ -1,6 +1,6 @@
 """Drives a robot by every code that moves robots, with a law of motion changed in one place; prints where it ends up, as JSON.
 
-The same for the sensor's law: how often a robot in view is missed.
+The same for the sensor's law: how often a robot in view is missed, and one reported where there is none.
 
 Run without compilation (``NUMBA_DISABLE_JIT=1``): a law is then a plain function, whose code is exchanged for another.
 """
@@ -22,7 +22,7 @@ from swarm_envs.calibration.drive.measured import Measured
 from swarm_envs.calibration.drive.motion import free_run
 from swarm_envs.calibration.drive.parameters import drive_parameters
 from swarm_envs.calibration.logs.log import Track
-from swarm_envs.calibration.sensor.misses import miss_probabilities
+from swarm_envs.calibration.sensor.error_probabilities import false_detection_probability, miss_probabilities
 from swarm_envs.simulation import drive_law, sensor_law
 from swarm_envs.simulation.chipmunk import engine as chipmunk
 from swarm_envs.simulation.effect_rows import effect_rows
@@ -86,6 +86,10 @@ def miss_probability(effects: Any, share: float, v: float, omega: float) -> floa
     return 0.8 - 0.4 * share
 
 
+def false_probability(effects: Any) -> float:
+    return 0.35
+
+
 CHANGES: dict[str, Callable[..., Any]] = {
     each.__name__: each
     for each in (goal_velocity, stand_below_deadband, clip_rims, first_order, chord_speed, time_of_effect, start_kick, floor_drift)
@@ -142,15 +146,22 @@ def ends(effects: dict[str, float]) -> Poses:
     return {way: pose.tolist() for way, pose in ways.items()}
 
 
-def missed() -> dict[str, float]:
-    """How often a robot at half of its neighbour's range is missed: counted in the simulation, and as calibration has it."""
-    world = load_world("hero_plus", num_robots=2).with_effects(missed_detections=0.3, misses_at_full_range=0.4)
+def wrong_readings() -> dict[str, dict[str, float]]:
+    """How often a robot at half of its neighbour's range is missed, and how often that neighbour, with its back to the first, reports one.
+
+    Each is counted in the simulation, and as calibration has it.
+    """
+    world = load_world("hero_plus", num_robots=2).with_effects(missed_detections=0.3, misses_at_full_range=0.4, false_detections=0.1)
     distance = 0.5 * world.robots[0].sensors[0].range
     simulation = Simulation(world, WORLDS, "disc")
     simulation.reset(3, initial_poses=np.tile([(0.4, 0.7, 0.0), (0.4 + distance, 0.7, 0.0)], (WORLDS, 1, 1)))
-    probability = np.empty(1)
-    miss_probabilities(effect_rows([world.robots[0].effects]), np.array([0.5]), np.zeros(1), np.zeros(1), probability)
-    return {"simulation": float(1.0 - simulation.detections[:, 0].mean()), "calibration": float(probability[0])}
+    miss, rows = np.empty(1), effect_rows([world.robots[0].effects])
+    miss_probabilities(rows, np.array([0.5]), np.zeros(1), np.zeros(1), miss)
+    in_view, nothing_in_view = simulation.detections.mean(axis=0).tolist()
+    return {
+        "missed": {"simulation": 1.0 - in_view, "calibration": float(miss[0])},
+        "false": {"simulation": nothing_in_view, "calibration": float(false_detection_probability(rows))},
+    }
 
 
 if __name__ == "__main__":
@@ -161,7 +172,7 @@ if __name__ == "__main__":
             found[change] = {"without lag": ends(EFFECTS["without lag"])}
             if change == "chord_speed":
                 found[change]["ideal"] = ends({})
-    found["sensor"] = {"as declared": missed()}
-    with changed(sensor_law.miss_probability, miss_probability):
-        found["sensor"]["changed"] = missed()
+    found["sensor"] = {"as declared": wrong_readings()}
+    with changed(sensor_law.miss_probability, miss_probability), changed(sensor_law.false_probability, false_probability):
+        found["sensor"]["changed"] = wrong_readings()
     print(json.dumps(found))

@@ -48,10 +48,18 @@ def test_a_law_changed_in_one_place_is_changed_everywhere(ends: dict[str, Any], 
         assert np.ptp(after, axis=0).max() < 1e-14, "and in the same way"
 
 
-@pytest.mark.parametrize(("law", "expected"), [("as declared", 0.3 + 0.4 * 0.25), ("changed", 0.8 - 0.4 * 0.5)])
-def test_the_simulation_misses_as_often_as_calibration_expects_whatever_the_sensors_law(
-    ends: dict[str, Any], law: str, expected: float
+@pytest.mark.parametrize(
+    ("law", "error", "expected"),
+    [
+        ("as declared", "missed", 0.3 + 0.4 * 0.25),
+        ("changed", "missed", 0.8 - 0.4 * 0.5),
+        ("as declared", "false", 0.1),
+        ("changed", "false", 0.35),
+    ],
+)
+def test_readings_of_the_simulation_are_wrong_as_often_as_calibration_expects_whatever_the_sensors_law(
+    ends: dict[str, Any], law: str, error: str, expected: float
 ) -> None:
-    missed = ends["sensor"][law]
-    assert missed["calibration"] == pytest.approx(expected, abs=1e-14)
-    assert missed["simulation"] == pytest.approx(expected, abs=4 * np.sqrt(expected * (1 - expected) / 2000))
+    found = ends["sensor"][law][error]
+    assert found["calibration"] == pytest.approx(expected, abs=1e-14)
+    assert found["simulation"] == pytest.approx(expected, abs=4 * np.sqrt(expected * (1 - expected) / 2000))

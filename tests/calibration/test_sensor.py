@@ -8,8 +8,8 @@ import pytest
 from swarm_envs import load_world
 from swarm_envs.calibration.drive.identification import identify
 from swarm_envs.calibration.sensor.candidates import EFFECTS, SensorModel
+from swarm_envs.calibration.sensor.error_probabilities import miss_probabilities
 from swarm_envs.calibration.sensor.identification import identify_sensor
-from swarm_envs.calibration.sensor.misses import miss_probabilities
 from swarm_envs.simulation.effect_rows import effect_rows
 from swarm_envs.worlds import Effects
 from tests.calibration.simulated import log_of

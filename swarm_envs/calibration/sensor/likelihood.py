@@ -21,7 +21,7 @@ from swarm_envs.calibration.selection.line_search import line_search
 from swarm_envs.calibration.selection.one_number import OneNumberEffects
 from swarm_envs.calibration.selection.profile import profile_likelihood_bound
 from swarm_envs.calibration.sensor.candidates import BY_NAME, EFFECTS, NOISE_SCALE, SensorModel
-from swarm_envs.calibration.sensor.misses import miss_probabilities
+from swarm_envs.calibration.sensor.error_probabilities import false_detection_probability, miss_probabilities
 from swarm_envs.calibration.sensor.views import GRID, Readings, Views
 from swarm_envs.simulation.effect_rows import effect_rows
 from swarm_envs.worlds import Effects, WorldSpec
@@ -36,10 +36,10 @@ FOLDS = 2
 """Parts of the runs, each held out once."""
 MISSES = ("missed_detections", "false_detections", "misses_when_turning")
 """Effects whose numbers are searched from the same few values."""
-REACH = {"detection_range": 0.15, "field_of_view": 0.15}
-"""How far from a number a fit looks for a better one, as a share of it,"""
-REACH_BY = {"sensor_yaw": 0.04, "sensor_delay": 0.06}
-"""or in rad and s."""
+REACH_SHARE = {"detection_range": 0.15, "field_of_view": 0.15}
+"""How far from a number a fit looks for a better one, as a share of the number."""
+REACH = {"sensor_yaw": 0.04, "sensor_delay": 0.06}
+"""The same of others, in rad and s."""
 
 
 class SensorLikelihood(OneNumberEffects[SensorModel]):
@@ -67,10 +67,10 @@ class SensorLikelihood(OneNumberEffects[SensorModel]):
         """Return the log-likelihood of all readings, or of those of some runs, in nats."""
         views = self.readings.views(model.sensor_delay)
         near = np.maximum(views.distance, 1e-3)
-        inside = self._inside(model, near, views.bearing)
+        inside, effects = self._inside(model, near, views.bearing), self._effects(model)
         seen = 1.0 - np.prod(1.0 - inside, axis=1)
-        miss = self._miss(model, views, near, inside)
-        report = seen * (1.0 - np.clip(miss, 0.0, 1.0)) + (1.0 - seen) * model.false_detections
+        miss = self._miss(model, effects, views, near, inside)
+        report = seen * (1.0 - np.clip(miss, 0.0, 1.0)) + (1.0 - seen) * false_detection_probability(effects)
         report = np.clip(report, SURPRISE, 1.0 - SURPRISE)
         each = np.log(np.where(views.detected, report, 1.0 - report))
         return float(each.sum() if runs is None else each[np.isin(views.run, runs)].sum())
@@ -84,13 +84,20 @@ class SensorLikelihood(OneNumberEffects[SensorModel]):
         in_range = ndtr((model.detection_range - near) / (scale * 1.414 * self.place))
         return np.asarray(in_range * ndtr((model.field_of_view + appears - off) / edge_sd))
 
-    def _miss(self, model: SensorModel, views: Views, near: FloatArray, inside: FloatArray) -> FloatArray:
+    def _effects(self, model: SensorModel) -> Sequence[Effects]:
+        """Return the robot's effects (1,) with the model's numbers."""
+        changed = dataclasses.replace(
+            self.listed, missed_detections=model.missed_detections, misses_when_turning=model.misses_when_turning,
+            false_detections=model.false_detections,
+        )  # fmt: skip
+        return effect_rows([changed])
+
+    def _miss(self, model: SensorModel, effects: Sequence[Effects], views: Views, near: FloatArray, inside: FloatArray) -> FloatArray:
         """Return the probability (D,) that each reading misses what was in view."""
-        effects = dataclasses.replace(self.listed, missed_detections=model.missed_detections, misses_when_turning=model.misses_when_turning)
         nearest = np.where(inside > 0.5, near, np.inf).min(axis=1)
         share = np.minimum(1.0, np.where(np.isfinite(nearest), nearest, 0.0) / model.detection_range)
         miss = np.empty(len(share))
-        miss_probabilities(effect_rows([effects]), share, views.driving, views.turning, miss)
+        miss_probabilities(effects, share, views.driving, views.turning, miss)
         return miss
 
     # fits
@@ -116,7 +123,7 @@ class SensorLikelihood(OneNumberEffects[SensorModel]):
 
         if name == NOISE_SCALE:
             return line_search(value_at, now, best, (-1.0, 4.0), 0.05)
-        reach = REACH[name] * now if name in REACH else REACH_BY.get(name, max(0.03, 0.7 * now))
+        reach = REACH_SHARE[name] * now if name in REACH_SHARE else REACH.get(name, max(0.03, 0.7 * now))
         low, high = max(BY_NAME[name].low, now - reach), min(BY_NAME[name].high, now + reach)
         if name != "sensor_delay":
             return line_search(value_at, now, best, (low, high), 1e-4)

@@ -1,4 +1,4 @@
-"""How likely readings miss, by the sensor's law: the simulation draws from the same probability."""
+"""How likely readings are wrong, by the sensor's law: the simulation draws from the same probabilities."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from swarm_envs.calibration.arrays import FloatArray
 from swarm_envs.compiled import compiled
-from swarm_envs.simulation.sensor_law import miss_probability
+from swarm_envs.simulation.sensor_law import false_probability, miss_probability
 from swarm_envs.worlds import Effects
 
 
@@ -23,3 +23,9 @@ def miss_probabilities(rows: Sequence[Effects], share: FloatArray, v: FloatArray
     """
     for n in range(share.shape[0]):
         out[n] = miss_probability(rows[0], share[n], v[n], omega[n])
+
+
+@compiled(_nrt=False)
+def false_detection_probability(rows: Sequence[Effects]) -> float:
+    """Return the probability that a reading with nothing in view reports a robot; ``rows`` (1,) are the robot's effects."""
+    return false_probability(rows[0])
