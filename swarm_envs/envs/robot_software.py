@@ -110,7 +110,7 @@ def make_robot_software(simulation: Simulation, software: str | None, controller
         controller: The controller on board.
 
     Raises:
-        WorldError: For unknown software, or a controller missing or given in vain.
+        WorldError: For unknown software, or a controller that is missing, or given though actions drive the robots.
     """
     software = software or ("actions" if controller is None else "controller")
     if software not in ROBOT_SOFTWARE:

@@ -61,9 +61,8 @@ class SwarmEnv(gym.Env[Observation, Any]):
     ```
     `world`: a name, the path of a YAML file, or a `WorldSpec`. `num_robots`: another number of robots than the world's. `engine`:
     `chipmunk` or `disc`. `render_mode`: `rgb_array` (513 x 426 pixels for `hero_plus`), `human` (a window that follows every tick;
-    needs pygame) or None. `task`: a name, or a function that takes
-    the `WorldSpec` and returns a reward function, which takes the poses before and after a tick, each (worlds, num_robots, 3), and returns
-    (worlds,) rewards.
+    needs pygame) or None. `task`: a name, or a function that takes the `WorldSpec` and returns a reward function, which takes the poses
+    before and after a tick, each (worlds, num_robots, 3), and returns (worlds,) rewards.
     `controller=[v0, omega0, v1, omega1]`: every robot drives itself by that controller, as in `swarm_envs.rollouts`; the action space is
     then `Discrete(1)`, one tick passes at each step. With `robot_software="firmware"` as well every robot runs its own C code with the
     controller on board, through a simulated servo, encoder and range sensor. `swarm_envs.policies.ControllerPolicy` maps observations

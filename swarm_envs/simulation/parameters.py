@@ -23,7 +23,7 @@ from swarm_envs.worlds.spec import Polygon, RobotModel
 FloatArray = npt.NDArray[np.float64]
 T = TypeVar("T")
 FeatureFlag = bool | None
-"""True has compiled code do what it stands for; with None it is compiled without, which takes half as long."""
+"""True compiles what the flag stands for into a function; None leaves it out, and compiling takes half as long."""
 
 # Columns of WorldArrays.robots.
 (

@@ -36,7 +36,7 @@ def rollouts(
     Args:
         world: A world's name, file or spec.
         controllers: (W, 4) one controller [v0, omega0, v1, omega1] for all robots of a world, or (W, R, 4) one for each, in m/s and
-            rad/s: (v0, omega0) without a detection, (v1, omega1) with one (paper, Kinematics and Controllers). With K readings a
+            rad/s: (v0, omega0) without a detection, (v1, omega1) with one (paper, Kinematics and Controllers). With K readings per
             robot, 2 * 2^K numbers: one pair for each pattern of readings, the first sensor counting 1. In a world with a broadcast a
             robot sends whether its sensors report something, and whether it hears another is its last reading.
         seed: World i draws its start and every effect from (seed, first + i).

@@ -111,7 +111,9 @@ class Simulation:
     def run(
         self, controllers: FloatArray, steps: int, every: int, poses: FloatArray, detections: npt.NDArray[np.uint8], commands: FloatArray
     ) -> None:
-        """Run every world with its controllers and write the recorded frames; shapes as in :func:`stepping.run_worlds`.
+        """Run every world with its controllers and write the recorded frames.
+
+        The arguments are those of :func:`swarm_envs.simulation.stepping.run_worlds`.
 
         Raises:
             WorldError: When an array has another shape.

@@ -118,7 +118,7 @@ def test_scraping_a_wall_slows_and_turns_as_coulombs_law_says(engine: str, mu: f
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_above_the_critical_angle_a_robot_sticks_and_rolls_its_nose_into_the_wall(engine: str) -> None:
-    # a wish at angle a to the wall slides while tan a < 1 / (mu (1 + m r^2 / I)); beyond, the contact point stands still
+    # a desired velocity at angle a to the wall slides while tan a < 1 / (mu (1 + m r^2 / I)); beyond, the contact point stands still
     frames = run(world_of(1, 0.3, 1.0), engine, [[0.3, RADIUS, -1.2]], [[0.09, 0.0]], 200)
     x, heading = frames[:, 0, 0], frames[:, 0, 2]
     rolled = -(np.diff(heading)) * RADIUS
@@ -139,20 +139,20 @@ def test_friction_between_robots_gears_their_turns(engine: str) -> None:
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_contact_creates_no_energy(engine: str) -> None:
-    """No robot moves faster than the fastest wish, and the swarm's kinetic energy never exceeds that of its wishes."""
+    """No robot moves faster than the fastest is asked to, and the swarm's kinetic energy never exceeds that of its desired velocities."""
     world = world_of(20, 0.3, 0.4)
     simulation = Simulation(world, 1, engine)
     simulation.reset(4)
     generator = np.random.default_rng(8)
     commands = generator.uniform(-1, 1, (1, 20, 2)) * [0.09, 1.6]
     mass, inertia = 0.14, 0.5 * 0.14 * RADIUS**2
-    wished = 0.5 * (mass * commands[..., 0] ** 2 + inertia * commands[..., 1] ** 2).sum()
+    desired = 0.5 * (mass * commands[..., 0] ** 2 + inertia * commands[..., 1] ** 2).sum()
     for _ in range(200):
         before = simulation.poses[0].copy()
         simulation.step(commands)
         velocity = (simulation.poses[0] - before) / 0.1
         energy = 0.5 * (mass * (velocity[:, :2] ** 2).sum() + inertia * (velocity[:, 2] ** 2).sum())
-        assert energy < wished * 1.02
+        assert energy < desired * 1.02
 
 
 def test_two_robots_collide_alike_in_both_engines() -> None:

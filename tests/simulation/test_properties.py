@@ -95,7 +95,7 @@ def test_no_robot_of_any_world_is_nowhere_outside_or_inside_another(engine: str,
 @pytest.mark.parametrize("engine", ENGINES)
 @strongly
 @given(swarm=swarms())
-def test_contact_never_adds_kinetic_energy_to_what_robots_wish(engine: str, swarm: tuple[WorldSpec, int, list[Array]]) -> None:
+def test_contact_never_adds_kinetic_energy_to_what_robots_are_asked(engine: str, swarm: tuple[WorldSpec, int, list[Array]]) -> None:
     """Each tick, summed over robots: m v^2 + I omega^2 of what happened is at most that of what was asked.
 
     Robots drive as asked, without effects, so the command is the desired velocity. A thousandth covers the solvers' tolerance.
@@ -107,18 +107,19 @@ def test_contact_never_adds_kinetic_energy_to_what_robots_wish(engine: str, swar
     for tick in ticks(swarm, engine):
         velocity = (tick.after - tick.before) / swarm[0].tick
         happened = mass * (velocity[:, :2] ** 2).sum(axis=1) + inertia * velocity[:, 2] ** 2
-        wished = mass * tick.commands[:, 0] ** 2 + inertia * tick.commands[:, 1] ** 2
-        # a robot that stands may still be eased out of an overlap, at no more than a millimetre a second
-        assert happened.sum() <= 1.001 * wished.sum() + (mass * 1e-3**2).sum()
+        desired = mass * tick.commands[:, 0] ** 2 + inertia * tick.commands[:, 1] ** 2
+        # a robot that stands may still be eased out of an overlap, at no more than a millimetre per second
+        assert happened.sum() <= 1.001 * desired.sum() + (mass * 1e-3**2).sum()
 
 
-def glide(first: Array, second: Array, wishes: Array, mass: Array, seconds: float, reach: float) -> Array:
+def glide(first: Array, second: Array, desired: Array, mass: Array, seconds: float, reach: float) -> Array:
     """Centres (2, 2) of two touching frictionless discs after a time, in closed form.
 
-    Their common centre of mass keeps its velocity. Their relative wish u drags the line of centres round at u sin(a) / reach, a its angle
-    to u: tan(a / 2) falls as exp(-u t / reach) backwards in time, until a = 90 degrees lets them part along u.
+    Their common centre of mass keeps its velocity. Their relative desired velocity u drags the line of centres round at
+    u sin(a) / reach, a its angle to u: tan(a / 2) falls as exp(-u t / reach) backwards in time, until a = 90 degrees lets them part
+    along u.
     """
-    apart, u = second - first, wishes[1] - wishes[0]
+    apart, u = second - first, desired[1] - desired[0]
     speed = float(np.hypot(*u))
     along = u / speed
     across = np.array([-along[1], along[0]])
@@ -128,7 +129,7 @@ def glide(first: Array, second: Array, wishes: Array, mass: Array, seconds: floa
     touching = min(seconds, until)
     swept = 2 * np.arctan(np.tan(abs(angle) / 2) * np.exp(-speed * touching / reach)) * side
     relative = reach * (np.cos(swept) * along + np.sin(swept) * across) + u * (seconds - touching)
-    centre = (mass @ np.stack([first, second]) + mass @ wishes * seconds) / mass.sum()
+    centre = (mass @ np.stack([first, second]) + mass @ desired * seconds) / mass.sum()
     return np.stack([centre - mass[1] / mass.sum() * relative, centre + mass[0] / mass.sum() * relative])
 
 
@@ -148,12 +149,12 @@ def test_frictionless_discs_that_meet_off_centre_slide_round_each_other_as_geome
     world = world.replace(robots=(world.robots[0], with_body(world.robots[1], mass=0.14 * ratio)))
     first, line = np.array([0.85, 0.71]), np.array([np.cos(glance), side * np.sin(glance)])
     start = np.array([[*first, 0.0], [*(first + 0.12 * line), np.pi]])  # towards each other along x, met at an angle to it
-    wishes = np.array([[speeds[0], 0.0], [-speeds[1], 0.0]])
+    desired = np.array([[speeds[0], 0.0], [-speeds[1], 0.0]])
     simulation = Simulation(world, 1, engine)
     simulation.reset(0, initial_poses=start[None])
     for _ in range(seconds):
         simulation.step(np.array([[[speeds[0], 0.0], [speeds[1], 0.0]]]))
-    expected = glide(first, start[1, :2], wishes, body(world, "mass"), 0.1 * seconds, 0.12)
+    expected = glide(first, start[1, :2], desired, body(world, "mass"), 0.1 * seconds, 0.12)
     assert np.linalg.norm(simulation.poses[0, :, :2] - expected, axis=1).max() < 1.5e-3
     assert simulation.poses[0, :, 2] == pytest.approx([0.0, np.pi], abs=1e-9), "without friction nothing turns"
 
@@ -161,7 +162,7 @@ def test_frictionless_discs_that_meet_off_centre_slide_round_each_other_as_geome
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("mu", [0.1, 0.3, 0.6, 1.0])
 def test_a_wall_holds_the_point_it_touches_exactly_above_the_critical_angle(engine: str, mu: float) -> None:
-    """A wish at angle a into a wall needs tan a >= 1 / (mu (1 + m r^2 / I)) for friction to hold the rim; a uniform disc has 2 there."""
+    """A robot that drives at angle a into a wall rolls on it where tan a >= 1 / (mu (1 + m r^2 / I)); a uniform disc has m r^2 / I = 2."""
     angles = np.arctan(1 / (3 * mu)) + np.array([-0.15, 0.15])
     world = load_world("hero_plus", num_robots=1).replace(contact=Contact(0.3, mu))
     simulation = Simulation(world, 2, engine)

@@ -23,7 +23,7 @@ from swarm_envs.worlds import WorldSpec
 TAIL = 3.0
 """Degrees of freedom of the errors' t distribution: after a contact a small error of a start grows large at times."""
 OPEN = 1000.0
-"""Half the side in m of the hall that stands for an arena without known walls."""
+"""Half the side in m of the square that stands for an arena without known walls."""
 FOLDS = 2
 """Parts of the runs, each held out once."""
 

@@ -150,7 +150,7 @@ DRIVE_CANDIDATES: tuple[Candidate, ...] = (
     ),
     Candidate(
         "gain_drift", (Parameter("rate", "gain_drift", 2e-4, 1e-5),),
-        "Both gains fall by {rate:.3g} of their value a second.", _here("gain_drift"),
+        "Both gains fall by {rate:.3g} of their value per second.", _here("gain_drift"),
     ),
     Candidate(
         "floor_drift",

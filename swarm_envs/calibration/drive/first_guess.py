@@ -9,7 +9,7 @@ from swarm_envs.calibration.drive.measured import Measured
 from swarm_envs.calibration.drive.motion import free_run
 from swarm_envs.calibration.logs.log import Log, Track, tracked
 
-OVER = 1.0
+WINDOW = 1.0
 """Time in s over which measured motion is held against predicted motion."""
 LIKELY = (0.05, 20.0)
 """Gains beyond these say that commands are not in SI units."""
@@ -35,7 +35,7 @@ def in_other_units(log: Log, gains: tuple[float, float]) -> bool:
 def _ahead_and_turned(track: Track, base: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return predicted and measured motion (W, 2) over some windows, forward in m, and turns in rad."""
     path = free_run(base, track).path
-    last = np.searchsorted(track.times, track.times + OVER)
+    last = np.searchsorted(track.times, track.times + WINDOW)
     first = np.flatnonzero(last < len(track.times))[::10]
     last = last[first]
     ahead = [_ahead(poses[first], poses[last]) for poses in (path, track.poses)]

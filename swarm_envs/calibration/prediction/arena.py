@@ -26,7 +26,7 @@ from swarm_envs.worlds import Effects, WorldError, WorldSpec
 TICK = 0.05
 """Tick in s of the simulations; a stride of the windows is a whole number of them."""
 OPEN = 1000.0
-"""Half the side in m of the spec that stands for an arena without known walls."""
+"""Half the side in m of the square that stands for an arena without known walls."""
 ASTRAY = 0.05
 """Largest share of poses that may lie outside the outline before it is held to be wrong."""
 Errors = dict[float, dict[tuple[str, str], WindowErrors]]

@@ -20,7 +20,7 @@ from swarm_envs.calibration.residual.residuals import Residuals, winsorised
 from swarm_envs.calibration.residual.smoothing import FOLDS, PARTS, Smooth, by_group, cells, folds_of
 
 SHAPES = (Shape(0.2, 1.0), Shape(0.4, 1.0), Shape(0.25, 0.3, 5.0, 5.0), Shape(0.3, 0.3, 5.0, 0.5))
-"""Shapes tried: any, any of few bends, stripes and ellipses, round patches."""
+"""Shapes that are tried: of any line, of a line with few bends, of stripes and ellipses, of round patches."""
 NOISE = (0.1, 0.03, 0.3)
 """Errors that are left, as shares of those without the correction; the first is that by which the shape is chosen."""
 MOST = 500

@@ -1,8 +1,8 @@
 """Residual dynamics, ``unlisted`` in findings.json: what no listed effect explains, as a function of what it depends on.
 
 Velocities are corrected by ``regressor * g(z)``: the regressor says whether the correction grows with the speed, ``g`` is a smooth function
-of the covariate ``z`` or, over the arena, one of two levels with an edge between them. Carrier, covariate and stiffness are
-those that predict runs best that were held out.
+of the covariate ``z`` or, over the arena, one of two levels with an edge between them. Regressor, covariate and stiffness
+are those that predict held-out runs best.
 
 Listed effects may make up for what is on no list, as a smaller gain and robots that differ do for a slippery patch. So corrections are
 weighed against named effects, too: by how well either predicts held-out runs from their commands alone.

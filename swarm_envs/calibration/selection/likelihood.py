@@ -65,10 +65,10 @@ class Likelihood(Protocol[ModelT, FitT]):
         """Add each of some candidates to the fit with the named effects."""
 
     def refit(self, model: ModelT, named: Sequence[str]) -> FitT:
-        """FitT all named effects and the noise, starting from a model."""
+        """Fit all named effects and what else the model leaves free, starting from a model."""
 
     def without(self, fit: FitT, others: Sequence[str], name: str) -> FitT:
-        """FitT again with one effect as the world has it; ``others`` stay named."""
+        """Fit again with one effect as the world has it; ``others`` stay named."""
 
     def overdispersion(self, fit: FitT, trial: Trial[ModelT]) -> float:
         """Return how much more the gain varies than a right model's would, at least 1."""

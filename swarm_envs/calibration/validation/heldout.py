@@ -26,8 +26,8 @@ def heldout_gain(log: Log, data: Measured, before: FloatArray, after: Sequence[M
         data: The same, as it was fitted; its groups are what is held out.
         before: The drive of the world as it was.
         after: For each group the model that was fitted without it.
-        world: The world as it was; where the log has an outline, its bodies and contact meet the walls before,
-        extended: and those of this world after.
+        world: The world as it was; where the log has an outline, its bodies and contact meet the walls in predictions of before.
+        extended: The world with the named effects, whose bodies and contact do so in those of after.
     """
     gains = []
     was = predictor(log, world, before)

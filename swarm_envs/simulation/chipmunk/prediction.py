@@ -107,7 +107,7 @@ def time_of_impact(world: WorldArrays, poses: FloatArray, predicted: FloatArray)
 
 @compiled(forceinline=True, _nrt=False)
 def contacts_persist(world: WorldArrays, poses: FloatArray, predicted: FloatArray, ahead: float) -> bool:
-    """Whether all that touch will be within :data:`REACH_OUT` after ``ahead`` s if they go on as contact made them move."""
+    """Whether all that touch will be within :data:`CONTACT_MARGIN` after ``ahead`` s if they go on as contact made them move."""
     for i in range(poses.shape[0]):
         x, y = poses[i, 0] + ahead * predicted[i, SOLVED_X], poses[i, 1] + ahead * predicted[i, SOLVED_Y]
         for j in range(i):

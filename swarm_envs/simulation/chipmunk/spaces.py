@@ -19,9 +19,7 @@ from swarm_envs.simulation.chipmunk.calls import (
     function_addresses,
     keep_still,
 )
-from swarm_envs.simulation.chipmunk.prediction import (
-    CONTACT_MARGIN,
-)
+from swarm_envs.simulation.chipmunk.prediction import CONTACT_MARGIN
 from swarm_envs.simulation.chipmunk.substeps import substeps_for
 from swarm_envs.simulation.parameters import FloatArray, compile_world
 from swarm_envs.simulation.state import StateArrays
@@ -41,13 +39,14 @@ class SpaceArrays(NamedTuple):
     handles: npt.NDArray[np.int64]
     """(W, 9 + N) addresses of functions, space, batches and bodies."""
     counters: npt.NDArray[np.int32]
-    """(W, 2) numbers of values in the get and the set batch, written before each use."""
+    """(W, 8) headers of the get and the set batch; columns 0 and 4 are the numbers of their values, written before each use."""
     get_values: FloatArray
     """(W, 6 (N + 2)) position, angle, velocity and spin of each body; the static body comes last, and pymunk grows a full batch."""
     set_values: FloatArray
     """(W, 5 (N + 2)) position, velocity and spin to be set; the static body comes last and gets zeros."""
     predicted: FloatArray
-    """(W, R, 8) how each robot would move and how contact made it move in the substep before; columns in :mod:`touching`."""
+    """(W, R, 8) how each robot would move and how contact made it move in the substep before; columns in
+    :mod:`swarm_envs.simulation.chipmunk.prediction`."""
     substeps: int
     """Substeps of a tick where nobody looks how fast robots approach: among objects, in a large swarm, of drives with effects."""
 

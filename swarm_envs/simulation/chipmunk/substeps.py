@@ -6,10 +6,7 @@ import math
 
 from swarm_envs.compiled import compiled
 from swarm_envs.simulation import parameters as p
-from swarm_envs.simulation.chipmunk.prediction import (
-    DESIRED_X,
-    SOLVED_X,
-)
+from swarm_envs.simulation.chipmunk.prediction import DESIRED_X, SOLVED_X
 from swarm_envs.simulation.contacts import robots_within, wall_within
 from swarm_envs.simulation.parameters import FloatArray, WorldArrays, compile_world
 from swarm_envs.worlds import WorldSpec

@@ -9,11 +9,7 @@ import numpy as np
 from swarm_envs.compiled import compiled
 from swarm_envs.simulation import parameters as p
 from swarm_envs.simulation import scratch as m
-from swarm_envs.simulation.disc.contact import (
-    WIDTH,
-    add_robot_contact,
-    add_wall_contact,
-)
+from swarm_envs.simulation.disc.contact import WIDTH, add_robot_contact, add_wall_contact
 from swarm_envs.simulation.grid import bounding_box, cell_list
 from swarm_envs.simulation.parameters import FeatureFlag, FloatArray, WorldArrays
 from swarm_envs.simulation.scratch import Scratch, scratch_for

@@ -7,9 +7,7 @@ import numpy as np
 from swarm_envs.compiled import compiled
 from swarm_envs.simulation.actuation import drive_ideally
 from swarm_envs.simulation.disc.broad_phase import find_contacts
-from swarm_envs.simulation.disc.contact import (
-    WIDTH,
-)
+from swarm_envs.simulation.disc.contact import WIDTH
 from swarm_envs.simulation.disc.island import ISLAND, advance_island
 from swarm_envs.simulation.disc.motion import move_freely
 from swarm_envs.simulation.disc.single_wall import slide_on_wall

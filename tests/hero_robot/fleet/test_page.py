@@ -28,7 +28,7 @@ def state(browser: Any, robot: str) -> str:
 
 
 def row(browser: Any, robot: str) -> str:
-    """Text of a robot's row; read at once, for the page writes its rows again ten times a second."""
+    """Text of a robot's row; read at once, for the page writes its rows again ten times per second."""
     return str(browser.execute_script(f"return document.getElementById('{robot}').innerText"))
 
 

@@ -54,10 +54,10 @@ def test_walls_that_nobody_meets_change_nothing(effects: dict[str, float]) -> No
     wide = ((-9.0, -9.0), (9.0, -9.0), (9.0, 9.0), (-9.0, 9.0))
     log = Log("it", driven(world_in(wide, 1), [[0.0, 0.0, 0.0]], [(0.08, 0.3)]), outline=wide)
     world = world_in(wide, 1, **effects)
-    enclosed, alone = evaluate(world, log), evaluate(world, dataclasses.replace(log, outline=None))
+    inside, alone = evaluate(world, log), evaluate(world, dataclasses.replace(log, outline=None))
     for horizon, row in alone.items():
-        assert enclosed[horizon]["position_m"] == pytest.approx(row["position_m"], abs=1e-3)
-        assert enclosed[horizon]["heading_rad"] == pytest.approx(row["heading_rad"], abs=1e-6)
+        assert inside[horizon]["position_m"] == pytest.approx(row["position_m"], abs=1e-3)
+        assert inside[horizon]["heading_rad"] == pytest.approx(row["heading_rad"], abs=1e-6)
 
 
 def test_a_robot_that_was_lost_for_a_while_is_left_out_of_the_windows_then() -> None:
