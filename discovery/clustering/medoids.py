@@ -56,7 +56,7 @@ def cluster(
         sample = points[chosen]
         tried = chosen[_pam(space.distances(sample, sample), settings.medoids, whole_seed(seed, "medoids", number)).medoids]
         away = space.distances(points, points[tried])
-        away[tried, np.arange(len(tried))] = -1.0  # a medoid's twin in another cluster must not take it away
+        away[tried, np.arange(len(tried))] = -1.0  # a medoid's duplicate in another cluster must not claim it
         if (total := float(away[rows].min(axis=1).sum(dtype=np.float64))) < best:
             best, medoids, labels = total, tried.astype(np.int64), away.argmin(axis=1)
     return by_size(medoids, labels)

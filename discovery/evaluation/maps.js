@@ -1,12 +1,12 @@
 "use strict";
-// Maps of the test set, one a representation; what is pointed at on one is marked on all and played beside.
+// Maps of the test set, one per representation; what is pointed at on one is marked on all and played beside them.
 (() => {
   const { Rollout, bytes, int16, colours, readColours } = Rollouts;
   const data = JSON.parse(document.getElementById("data").textContent);
   const find = (id) => document.getElementById(id);
   const labels = bytes(data.labels), count = labels.length;
   const shown = data.names.map(() => true);
-  // One shape a behaviour, within a circle of radius 1 about the origin: colour is not all that tells them apart.
+  // One shape per behaviour, within a circle of radius 1 about the origin: colour is not all that tells them apart.
   const outlines = {
     "aggregation": null,
     "cyclic pursuit": [[-0.8, -0.8], [0.8, -0.8], [0.8, 0.8], [-0.8, 0.8]],

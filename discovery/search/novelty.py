@@ -87,7 +87,7 @@ class Neighbours:
         """
         rows = np.arange(first, self._count)
         distances, found = self.nearest(self._vectors[first : self._count], neighbours + 1)
-        # A twin may stand where the point itself would: then the last one goes, and it is as near as the point, at zero.
+        # A duplicate may stand where the point itself would: then the last one goes, and it is as near as the point, at zero.
         itself = found == rows[:, None]
         itself[~itself.any(axis=1), -1:] = True
         others = distances[~itself].reshape(len(rows), -1)

@@ -75,7 +75,7 @@ def test_cosine_clusters_compare_directions_alone() -> None:
 
 def test_a_large_archive_is_clustered_by_samples_as_well_as_at_once() -> None:
     points = blobs(200)[:, :4]
-    points[0] = points[1]  # twins
+    points[0] = points[1]  # duplicates
     whole = cluster(points, tiny("clustering.medoids=4").clustering, 0)
     sampled = cluster(points, tiny("clustering.medoids=4", "clustering.sample=100").clustering, 0)
     assert purity(whole, 200) == purity(sampled, 200) == 1.0

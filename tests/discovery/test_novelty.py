@@ -32,7 +32,7 @@ def brute_force(archive: Array, row: int, distance: str) -> list[float]:
 @pytest.mark.parametrize(("distance", "rounding"), [("euclidean", 1e-12), ("cosine", 1e-6)])
 def test_novelty_is_the_mean_distance_to_the_nearest_others(distance: str, rounding: float) -> None:
     archive = normal(60, 7)
-    archive[50] = archive[11]  # twins: each has a neighbour at distance zero
+    archive[50] = archive[11]  # duplicates: each has a neighbour at distance zero
     near = Neighbours(7, distance)
     for start in range(0, 60, 20):
         near.add(archive[start : start + 20])
@@ -45,7 +45,7 @@ def test_novelty_sees_batch_mates_and_never_the_point_itself() -> None:
     near = Neighbours(2)
     near.add(np.array([[0.0, 0.0], [3.0, 4.0]]))
     assert np.array_equal(near.novelty(0, 1), [5.0, 5.0])
-    near.add(np.zeros((20, 2)))  # more twins than places: the point itself may not even be among the nearest
+    near.add(np.zeros((20, 2)))  # more duplicates than places: the point itself may not even be among the nearest
     assert np.array_equal(near.novelty(2, 5), np.zeros(20))
 
 

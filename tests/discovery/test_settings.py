@@ -19,7 +19,7 @@ from discovery.command import CONFIGS, RunContext, main, run
 from discovery.errors import DiscoveryError
 from discovery.runs.run_folder import CONFIG, open_folder
 from discovery.settings import REPRESENTATIONS, Settings, flat, identity
-from discovery.settings.former_names import KEYS, rename_words
+from discovery.settings.former_names import KEYS, rename_keys, rename_words
 from tests.discovery.stopping import run_until
 from tests.discovery.tiny_run import tiny
 
@@ -111,6 +111,17 @@ def test_earlier_names_on_the_command_line_are_taken_and_told(monkeypatch: pytes
     assert said[1].startswith("discovery: representation=hand_crafted_roots is now representation=hand_crafted_square_root; ")
     assert said[2].startswith("discovery: clustering.wccn: needs dataset.starts of 2 or more")
     assert len(said) == 3
+
+
+@pytest.mark.parametrize("former", KEYS)
+def test_each_earlier_key_is_taken_on_the_command_line_and_in_a_config(former: str) -> None:
+    group, name = KEYS[former].split(".")
+    told = f"{former} is now {KEYS[former]}; the earlier name will go with the next version"
+    assert rename_words([f"{former}=1", "seed=1"]) == ([f"{KEYS[former]}=1", "seed=1"], [told])
+    assert rename_words([f"++{former}=1"])[0] == [f"++{KEYS[former]}=1"]
+    config = OmegaConf.create({group: {former.split(".")[1]: 1, name: 0}})
+    assert rename_keys(config) == [told]
+    assert config == {group: {name: 1}}
 
 
 def test_earlier_names_in_a_persons_own_config_are_taken_and_told(

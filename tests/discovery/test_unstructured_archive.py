@@ -40,7 +40,7 @@ def test_what_is_added_gets_the_novelty_that_it_has_among_all() -> None:
     info = ours.add(np.zeros((2, 4)), None, added)
     assert info["status"].tolist() == [2, 2]
     assert np.array_equal(info["novelty"], ours.data("novelty")[-2:])
-    others = np.sort(np.linalg.norm(ours.data("measures").astype(float) - 1, axis=1))[1:4]  # its twin, not itself
+    others = np.sort(np.linalg.norm(ours.data("measures").astype(float) - 1, axis=1))[1:4]  # its duplicate, not itself
     assert info["novelty"] == pytest.approx([others.mean()] * 2)
 
 

@@ -81,7 +81,7 @@ def test_the_rollouts_measured_are_those_of_the_dataset_again(made: Path) -> Non
     np.testing.assert_allclose(saved.tensors["covariance"], covariance_within_groups(again.astype(np.float32).astype(float), 2))
 
 
-def test_a_run_read_back_has_the_units_that_its_medoids_were_chosen_in(made: Path) -> None:
+def test_a_run_read_back_has_the_covariance_that_its_medoids_were_chosen_with(made: Path) -> None:
     found = load_run(made)
     assert found.within_class_covariance is not None
     clusters = cluster(found.embeddings, found.settings.clustering, found.settings.seed, covariance=found.within_class_covariance)
@@ -91,7 +91,18 @@ def test_a_run_read_back_has_the_units_that_its_medoids_were_chosen_in(made: Pat
     assert len(sampled.labels[0]) == 4
 
 
-def test_a_run_stopped_before_its_units_were_saved_ends_with_the_same_bits(
+def test_the_earlier_name_of_a_runs_covariance_gives_the_matrix_and_warns(made: Path) -> None:
+    found = load_run(made)
+    with pytest.warns(DeprecationWarning, match=r"take Run\.within_class_covariance"):
+        matrix = found.chance_turn
+    assert matrix is not None
+    covariance = found.within_class_covariance
+    assert covariance is not None
+    shrunk = 0.9 * covariance + 0.1 * np.trace(covariance) / len(covariance) * np.eye(len(covariance))
+    np.testing.assert_allclose(matrix @ shrunk @ matrix, np.eye(len(covariance)), atol=1e-6)
+
+
+def test_a_run_stopped_before_its_covariance_was_saved_ends_with_the_same_bits(
     made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "stopped"
@@ -105,7 +116,7 @@ def test_a_run_stopped_before_its_units_were_saved_ends_with_the_same_bits(
         _ = load_run(path).within_class_covariance
 
 
-def test_units_of_chance_go_with_steady_medoids_of_a_tessellations_cells(tmp_path: Path) -> None:
+def test_wccn_goes_with_repeatable_medoids_of_a_tessellations_cells(tmp_path: Path) -> None:
     words = ("search=cvt_random", "search.warmup=2", "search.cells=10", "clustering.of=archive", "clustering.repeatable=2")
     run(tiny(*with_wccn(*words, f"folder={tmp_path / 'run'}"), simclr=False), given=True, context=RunContext())
     found = load_run(tmp_path / "run")

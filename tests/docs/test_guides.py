@@ -93,7 +93,7 @@ def tree_with_changes(parts: list[Snippet], folder: Path) -> Path:
     return tree
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.real_time) if name == "deploy" else name for name in PAGES])
+@pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.real_time) if name == "guides/deploy" else name for name in PAGES])
 def test_every_snippet_of_the_page_runs(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     if name in ELSEWHERE:
         return

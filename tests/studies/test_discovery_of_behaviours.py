@@ -214,7 +214,7 @@ def test_a_changed_setting_shares_no_more_than_it_may(study: Study, tmp_path: Pa
     assert other.run(Runs(), ["six"]) == []
     told = json.loads((other.path("variants", "six", 1) / NOTE).read_text())
     assert told.keys() == {"dataset", "encoder", "search"}
-    assert all(giver.endswith("/seed-1") for giver in told.values()), "those of its own seed"
+    assert all(donor.endswith("/seed-1") for donor in told.values()), "those of its own seed"
 
 
 def test_a_stage_that_a_run_has_begun_is_its_own_and_a_damaged_one_is_not_taken(
