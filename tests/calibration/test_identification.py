@@ -7,13 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from docs.studies.calibration.generator import generate_log
 from swarm_envs import load_world
 from swarm_envs.calibration import calibrate, read_log
 from swarm_envs.calibration.drive.identification import identify
 from swarm_envs.calibration.report.page import write_folder
-
-pytest.importorskip("docs.studies.calibration.generator")
-from docs.studies.calibration.generator import generate_log
 
 HIDDEN = {
     "nothing": {},

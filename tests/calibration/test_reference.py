@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from docs.studies.calibration.generator import generate_log
 from swarm_envs import load_world
 from swarm_envs.calibration import evaluate, read_log
 from swarm_envs.calibration.drive.measured import measured
@@ -14,8 +15,6 @@ from swarm_envs.calibration.logs.log import Log
 from swarm_envs.calibration.prediction.reference import reference_errors
 
 pytest.importorskip("sklearn")
-pytest.importorskip("docs.studies.calibration.generator")
-from docs.studies.calibration.generator import generate_log
 
 Errors = dict[float, dict[str, float]]
 HIDDEN = {"linear_gain": {"gain": 0.8}, "dead_time": {"delay": 0.3}}

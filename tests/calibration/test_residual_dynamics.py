@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from docs.studies.calibration.generator import generate_log
 from swarm_envs import load_world
 from swarm_envs.calibration import read_log
 from swarm_envs.calibration.drive.identification import identify
@@ -16,9 +17,6 @@ from swarm_envs.calibration.residual.fit_piecewise_floor import fit_piecewise_fl
 from swarm_envs.calibration.residual.residual_dynamics import find_residual_dynamics
 from swarm_envs.calibration.residual.residuals import CHANNELS, Residuals, residuals
 from swarm_envs.calibration.residual.smoothing import smooth_corrections
-
-pytest.importorskip("docs.studies.calibration.generator")
-from docs.studies.calibration.generator import generate_log
 
 pytestmark = pytest.mark.slow
 
