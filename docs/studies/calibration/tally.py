@@ -167,7 +167,7 @@ def _unlisted(outcomes: Sequence[Outcome]) -> list[str]:
     lines = [
         "## Effects that are on no list",
         "",
-        "| effect | seed | unexplained | depends on | error taken away after 1, 5, 10 s | of what listed effects leave "
+        "| effect | seed | unexplained | depends on | error removed after 1, 5, 10 s | of what listed effects leave "
         "| runs beside, on it | named too |",
     ]
     lines.append("| --- " * 8 + "|")

@@ -11,6 +11,7 @@ from swarm_envs.calibration.arrays import FloatArray
 from swarm_envs.calibration.contact.candidates import BY_NAME, EFFECTS, ContactModel
 from swarm_envs.calibration.contact.windows import TICK, Windows
 from swarm_envs.calibration.logs.log import Log
+from swarm_envs.calibration.prediction.arena import OPEN_FLOOR
 from swarm_envs.calibration.selection.causes import Estimate
 from swarm_envs.calibration.selection.cross_validation import cross_validated_gain
 from swarm_envs.calibration.selection.likelihood import Fitted, Trial
@@ -22,8 +23,6 @@ from swarm_envs.worlds import WorldSpec
 
 TAIL = 3.0
 """Degrees of freedom of the errors' t distribution: after a contact a small error of a start grows large at times."""
-OPEN = 1000.0
-"""Half the side in m of the square that stands for an arena without known walls."""
 FOLDS = 2
 """Parts of the runs, each held out once."""
 
@@ -39,8 +38,7 @@ class ContactLikelihood(OneNumberEffects[ContactModel]):
 
     def __init__(self, log: Log, world: WorldSpec, windows: Windows) -> None:
         super().__init__(ContactModel.of(world), EFFECTS)
-        outline = log.outline or ((-OPEN, -OPEN), (OPEN, -OPEN), (OPEN, OPEN), (-OPEN, OPEN))
-        arena = dataclasses.replace(world.arena, outline=outline, obstacles=())
+        arena = dataclasses.replace(world.arena, outline=log.outline or OPEN_FLOOR, obstacles=())
         certain = world.with_effects(
             command_loss=0.0, start_kick_mean=0.0, start_kick_sd=0.0, linear_gain_spread=0.0, angular_gain_spread=0.0
         )

@@ -25,8 +25,8 @@ from swarm_envs.worlds import Effects, WorldError, WorldSpec
 
 TICK = 0.05
 """Tick in s of the simulations; a stride of the windows is a whole number of them."""
-OPEN = 1000.0
-"""Half the side in m of the square that stands for an arena without known walls."""
+OPEN_FLOOR = ((-1000.0, -1000.0), (1000.0, -1000.0), (1000.0, 1000.0), (-1000.0, 1000.0))
+"""Corners in m of the square that stands for an arena without known walls."""
 ASTRAY = 0.05
 """Largest share of poses that may lie outside the outline before it is held to be wrong."""
 Errors = dict[float, dict[tuple[str, str], WindowErrors]]
@@ -51,7 +51,7 @@ def arena_world(world: WorldSpec, outline: Sequence[tuple[float, float]] | None,
     Raises:
         LogError: When no world can have the outline.
     """
-    corners = tuple(outline) if outline is not None else ((-OPEN, -OPEN), (OPEN, -OPEN), (OPEN, OPEN), (-OPEN, OPEN))
+    corners = OPEN_FLOOR if outline is None else tuple(outline)
     arena = dataclasses.replace(world.arena, outline=corners, obstacles=())
     ideal = dataclasses.replace(world.robots[0], effects=Effects())
     spec = world.replace(arena=arena, objects=(), broadcast=None, tick=TICK, robots=(ideal,) * robots, name="the log's arena")

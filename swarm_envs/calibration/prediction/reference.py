@@ -112,31 +112,31 @@ def _train(steps: Sequence[tuple[FloatArray, FloatArray]]) -> Any:
     inputs, motion = np.concatenate([step[0] for step in steps]), np.concatenate([step[1] for step in steps])
     kept = slice(None, None, max(1, len(inputs) // MOST_STEPS))
     inputs, motion = inputs[kept], motion[kept]
-    scale = np.sqrt(np.mean(_linear(inputs) ** 2, axis=0)) + 1e-9
-    design = _linear(inputs) / scale
+    scale = np.sqrt(np.mean(_linear_inputs(inputs) ** 2, axis=0)) + 1e-9
+    design = _linear_inputs(inputs) / scale
     weights = np.linalg.solve(design.T @ design + PENALTY * len(design) * np.eye(design.shape[1]), design.T @ motion)
     left = motion - design @ weights
     trees = [
         HistGradientBoostingRegressor(max_iter=150, learning_rate=0.08, max_leaf_nodes=16, min_samples_leaf=20, random_state=0).fit(
-            _bent(inputs), left[:, k]
+            _tree_inputs(inputs), left[:, k]
         )
         for k in range(3)
     ]
 
     def predict(given: FloatArray) -> FloatArray:
-        bent = _bent(given)
-        return np.asarray(_linear(given) / scale @ weights + np.column_stack([tree.predict(bent) for tree in trees]))
+        known = _tree_inputs(given)
+        return np.asarray(_linear_inputs(given) / scale @ weights + np.column_stack([tree.predict(known) for tree in trees]))
 
     return predict
 
 
-def _linear(inputs: FloatArray) -> FloatArray:
+def _linear_inputs(inputs: FloatArray) -> FloatArray:
     """Return the inputs of the linear part: commands, and their falling off through the run."""
     commands = inputs[:, :-2]
     return np.column_stack([commands, commands * inputs[:, -2:-1]])
 
 
-def _bent(inputs: FloatArray) -> FloatArray:
+def _tree_inputs(inputs: FloatArray) -> FloatArray:
     """Return the inputs of the trees (S, 18): mean commands and rim speeds of some spans, time and robot."""
     bins = (inputs.shape[1] - 2) // 2
     v, omega = inputs[:, :bins], inputs[:, bins : 2 * bins]

@@ -29,7 +29,7 @@ from swarm_envs.calibration.residual.corrections import PLANE, REGRESSORS, Term,
 from swarm_envs.calibration.residual.criticism import Discrepancy
 from swarm_envs.calibration.residual.fit_piecewise_floor import Floor, fit_piecewise_floor
 from swarm_envs.calibration.residual.residuals import CHANNELS, Residuals, held_out_together, residuals, winsorised
-from swarm_envs.calibration.residual.smoothing import Smooth, chance_of, smooth_corrections
+from swarm_envs.calibration.residual.smoothing import Smooth, sign_flip_p_value, smooth_corrections
 
 LEAST_GAIN = 10.0
 """Gain in log-likelihood of held-out windows, in nats, without which a channel is not corrected."""
@@ -153,7 +153,7 @@ def find_residual_dynamics(log: Log, identified: Identified) -> ResidualDynamics
     kept = TIMING + ("linear_gain", "angular_gain") * identified.gains_first
     names = [cause.effect for cause in identified.causes if cause.effect not in kept]
     trials = smooth_corrections(found)
-    p_value = chance_of(trials, found) if _best_gain(trials) > LEAST_GAIN else 1.0
+    p_value = sign_flip_p_value(trials, found) if _best_gain(trials) > LEAST_GAIN else 1.0
     gone: list[str] = []
     if p_value <= SIGNIFICANT:
         best = extended(())
@@ -193,7 +193,7 @@ def _in_place_of_listed(
     groups = [group for number, group in enumerate(groups) if group and group not in groups[:number]]
     for group in groups:
         other = extended(group)
-        p_value = min(1.0, len(groups) * _chance_of_better(other.errors, listed))
+        p_value = min(1.0, len(groups) * _p_value_of_better(other.errors, listed))
         if other.terms and p_value <= SIGNIFICANT and _is_clearly_better(other.errors, listed):
             return other, group, p_value
     return None
@@ -285,7 +285,7 @@ def _is_clearly_better(these: Sequence[Errors], those: Sequence[Errors]) -> bool
     return better < CLEARLY and other < 2.0 - BETTER
 
 
-def _chance_of_better(these: Sequence[Errors], those: Sequence[Errors]) -> float:
+def _p_value_of_better(these: Sequence[Errors], those: Sequence[Errors]) -> float:
     """Return the p-value of a model's errors after the shortest horizon being no smaller than another's.
 
     Windows' log-likelihoods are compared, each model's errors having their own variance; blocks of windows get random signs.

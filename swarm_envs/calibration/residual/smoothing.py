@@ -144,7 +144,7 @@ def _heldout_gain(values: FloatArray, errors: FloatArray, group: IntArray) -> tu
     return 0.5 * len(errors) * float(np.log(totals.sum() / max(left[best], 1e-300))), float(PENALTIES[best]) * scale
 
 
-def chance_of(trials: Sequence[Smooth], found: Residuals) -> float:
+def sign_flip_p_value(trials: Sequence[Smooth], found: Residuals) -> float:
     """Return the p-value of there being nothing: how often chance yields a gain as large as the largest.
 
     Errors get a random sign, one for each block of windows, which leaves alike what errs alike; the corrections of each draw are
