@@ -17,6 +17,7 @@ from discovery.tracking.event_files import EventFiles
 from discovery.tracking.interface import NullTracker, Tracker
 from discovery.tracking.ml_flow import MLflow
 from discovery.tracking.weights_and_biases import WeightsAndBiases
+from swarm_envs.deprecation import forwarding
 
 TRACKERS: dict[str, Callable[[Path, Settings], Tracker]] = {
     "none": lambda path, settings: NullTracker(),
@@ -52,4 +53,5 @@ def make_tracker(path: Path, settings: Settings) -> Tracker:
     return TRACKERS[name](path, settings)
 
 
+__getattr__ = forwarding(__name__, {"Silent": "discovery.tracking.interface.NullTracker"})
 __all__ = ["PACKAGES", "TRACKERS", "NullTracker", "Tracker", "check_tracker", "make_tracker"]

@@ -164,3 +164,8 @@ def test_a_resumed_run_goes_on_in_a_service_where_it_stopped(service: Any, tmp_p
         tracker.close()
     assert service.steps("training") == [0, 1, 2, 3, 4]
     assert service.steps("search") == [0, 1, 2, 3, 4]
+
+
+def test_the_tracker_that_shows_nothing_has_its_old_name_for_one_version() -> None:
+    with pytest.warns(DeprecationWarning, match=r"discovery\.tracking\.Silent is now discovery\.tracking\.interface\.NullTracker"):
+        assert tracking.Silent is tracking.NullTracker
