@@ -15,7 +15,8 @@ from swarm_envs import load_world
 from swarm_envs.calibration import LogError, read_log
 from swarm_envs.calibration.progress import share_after
 from swarm_envs.calibration.report.figures import binned
-from swarm_envs.calibration.report.page import _stable, _view
+from swarm_envs.calibration.report.page import _stable
+from swarm_envs.calibration.report.player import view
 from swarm_envs.calibration.report.replays import Replay
 from swarm_envs.calibration.selection.causes import Cause, Estimate
 from swarm_envs.calibration.validation import leave_one_out as stability
@@ -117,7 +118,7 @@ def driven(run: str, *ends: tuple[float, float]) -> Replay:
 def test_every_robot_of_a_replay_is_seen_whole() -> None:
     radius = 0.06
     for replay in (driven("near", (0.3, 0.1), (0.5, -0.2), (0.3, 0.1)), driven("far", (9.0, 0.1), (4.0, -8.0), (9.1, 0.1))):
-        left, bottom, side = _view(replay, None, radius)
+        left, bottom, side = view(replay, None, radius)
         mark = 1.6 * max(radius, side / 60)
         places = np.concatenate([path[..., :2].reshape(-1, 2) for path in (replay.measured, replay.before, replay.after)])
         assert np.all(places - mark >= [left, bottom])
@@ -125,7 +126,7 @@ def test_every_robot_of_a_replay_is_seen_whole() -> None:
 
 
 def test_a_prediction_that_is_far_off_does_not_make_what_was_measured_tiny() -> None:
-    _, _, side = _view(driven("off", (0.5, 0.0), (80.0, 3.0), (0.5, 0.0)), None, 0.06)
+    _, _, side = view(driven("off", (0.5, 0.0), (80.0, 3.0), (0.5, 0.0)), None, 0.06)
     assert side < 2.5
 
 

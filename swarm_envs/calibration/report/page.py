@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import json
 from collections.abc import Sequence
 from importlib import resources
@@ -10,10 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
-from swarm_envs.calibration.arrays import FloatArray
 from swarm_envs.calibration.findings import Findings
 from swarm_envs.calibration.report.figures import discrepancy_figure, horizon_figure
-from swarm_envs.calibration.report.replays import STEP, Replay, replays
+from swarm_envs.calibration.report.markup import escaped, estimate, p_value, quantity, table
+from swarm_envs.calibration.report.player import player
+from swarm_envs.calibration.report.replays import replays
 from swarm_envs.calibration.residual.criticism import Discrepancy
 from swarm_envs.calibration.residual.residuals import residuals
 from swarm_envs.calibration.selection.causes import Cause
@@ -33,8 +33,6 @@ LOOKED_AT = (
     Discrepancy("turn rate", "commanded turn rate", 0.0, "rad/s", 1.0),
 )
 """What is drawn where no dependence is certain by itself."""
-HEADING_MARK, SMALLEST = 1.6, 60
-"""Length in radii of the line that shows a robot's heading, and the least radii along a side, as in report.js."""
 VARY = "repeat the drives with speeds, turns, pauses and starts varied independently of each other"
 
 
@@ -55,14 +53,10 @@ def page(findings: Findings, stability: Stability | None = None) -> str:
     return (
         '<!doctype html><html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{_text(title)}</title><style>{style}</style></head><body><main><h1>{_text(title)}</h1>"
+        f"<title>{escaped(title)}</title><style>{style}</style></head><body><main><h1>{escaped(title)}</h1>"
         f"{_summary(findings)}{_wrong(findings)}{_because(findings)}{_stable(stability)}{_now(findings)}{_replays(findings)}{_data(findings)}"
         f"</main><script>{script}</script></body></html>\n"
     )
-
-
-def _text(value: object) -> str:
-    return html.escape(str(value))
 
 
 # the argument
@@ -71,12 +65,12 @@ def _text(value: object) -> str:
 def _summary(findings: Findings) -> str:
     furthest = {gain.metric: gain for gain in findings.gain if gain.horizon_s is not None}
     cards = "".join(
-        f'<li>{metric} after {gain.horizon_s:g} s, held out<b><span class="before">{_quantity(gain.before, gain.unit)}</span> → '
-        f'<span class="after">{_quantity(gain.after, gain.unit)}</span></b>{_improvement(gain)}</li>'
+        f'<li>{metric} after {gain.horizon_s:g} s, held out<b><span class="before">{quantity(gain.before, gain.unit)}</span> → '
+        f'<span class="after">{quantity(gain.after, gain.unit)}</span></b>{_improvement(gain)}</li>'
         for metric, gain in furthest.items()
     )
     named = ", ".join(cause.effect for cause in findings.causes) or "no effect"
-    cards += f"<li>named<b>{len(findings.causes)} effect{'s' if len(findings.causes) != 1 else ''}</b>{_text(named)}</li>"
+    cards += f"<li>named<b>{len(findings.causes)} effect{'s' if len(findings.causes) != 1 else ''}</b>{escaped(named)}</li>"
     runs, robots = len(findings.log.runs), len(findings.log.robots)
     return (
         f"<p>{runs} run{'s' if runs != 1 else ''} of {robots} robot{'s' if robots != 1 else ''}. Predictions start at a measured pose and "
@@ -88,14 +82,14 @@ def _summary(findings: Findings) -> str:
 def _improvement(gain: Gain) -> str:
     low, high = gain.ci95
     if low > 0:
-        return f"better by {_quantity(low, gain.unit)} to {_quantity(high, gain.unit)}, 95 %"
-    return f"change between {_quantity(low, gain.unit)} and {_quantity(high, gain.unit)}, 95 %: not certain"
+        return f"better by {quantity(low, gain.unit)} to {quantity(high, gain.unit)}, 95 %"
+    return f"change between {quantity(low, gain.unit)} and {quantity(high, gain.unit)}, 95 %: not certain"
 
 
 def _wrong(findings: Findings) -> str:
     found = findings.identified
     before, after = (residuals(findings.log, model, found.robots) for model in (found.start, found.model))
-    rows = [(entry.channel, _depends(entry), _quantity(entry.size, entry.unit), _p(entry.p_value)) for entry in findings.discrepancies]
+    rows = [(entry.channel, _depends(entry), quantity(entry.size, entry.unit), p_value(entry.p_value)) for entry in findings.discrepancies]
     picture = discrepancy_figure(before, after, findings.discrepancies or LOOKED_AT)
     lead = (
         "Where the measured motion departs from the predicted one, the largest first."
@@ -108,7 +102,7 @@ def _wrong(findings: Findings) -> str:
         if picture
         else ""
     )
-    return f"<h2>Wrong here</h2><p>{lead}</p>{figure}{_table(('channel', 'depends on', 'size, rms', 'p'), rows)}"
+    return f"<h2>Wrong here</h2><p>{lead}</p>{figure}{table(('channel', 'depends on', 'size, rms', 'p'), rows)}"
 
 
 def _depends(entry: Discrepancy) -> str:
@@ -118,23 +112,23 @@ def _depends(entry: Discrepancy) -> str:
 def _because(findings: Findings) -> str:
     if findings.causes:
         head = ("effect", "what it does", "parameters, 95 % interval", "gain on held-out runs", "p")
-        table = _table(head, [_cause(cause) for cause in findings.causes])
+        named = table(head, [_cause(cause) for cause in findings.causes])
     else:
-        table = "<p>No effect is significant.</p>"
+        named = "<p>No effect is significant.</p>"
     groups = "".join(
-        f"<li>{_text(' or '.join(group))}. To separate them: {_separating(group)}.</li>" for group in findings.indistinguishable
+        f"<li>{escaped(' or '.join(group))}. To separate them: {_separating(group)}.</li>" for group in findings.indistinguishable
     )
     alike = f"<h3>What these data cannot tell apart: confounded effects</h3><ul>{groups}</ul>" if groups else ""
     left = findings.unexplained
     rest = (
         "<p>No certain departure is left.</p>" if left is None
-        else f"<p>Unexplained: the {_text(left.channel)} still depends on {_text(_depends(left))}, "
-        f"{_quantity(left.size, left.unit)} rms, p {_p(left.p_value)}.</p>"
+        else f"<p>Unexplained: the {escaped(left.channel)} still depends on {escaped(_depends(left))}, "
+        f"{quantity(left.size, left.unit)} rms, p {p_value(left.p_value)}.</p>"
     )  # fmt: skip
     rest += _residual_dynamics(findings)
-    tried = ", ".join(f"{name} (p {_p(p)})" for name, p in findings.rejected)
-    rejected = f"<details><summary>Tried and not named</summary><p>{_text(tried)}</p></details>" if tried else ""
-    return f"<h2>Because of this</h2>{table}{alike}{rest}{rejected}"
+    tried = ", ".join(f"{name} (p {p_value(p)})" for name, p in findings.rejected)
+    rejected = f"<details><summary>Tried and not named</summary><p>{escaped(tried)}</p></details>" if tried else ""
+    return f"<h2>Because of this</h2>{named}{alike}{rest}{rejected}"
 
 
 def _residual_dynamics(findings: Findings) -> str:
@@ -142,9 +136,9 @@ def _residual_dynamics(findings: Findings) -> str:
     if rest is None or not rest.heldout:
         return ""
     end = rest.heldout[-1]
-    place = f"from {_quantity(end.position_before, 'm')} to {_quantity(end.position_after, 'm')}"
-    heading = f"from {_quantity(end.heading_before, 'rad')} to {_quantity(end.heading_after, 'rad')}"
-    instead = f" They take the place of {_text(', '.join(rest.instead_of))}." if rest.instead_of else ""
+    place = f"from {quantity(end.position_before, 'm')} to {quantity(end.position_after, 'm')}"
+    heading = f"from {quantity(end.heading_before, 'rad')} to {quantity(end.heading_after, 'rad')}"
+    instead = f" They take the place of {escaped(', '.join(rest.instead_of))}." if rest.instead_of else ""
     return (
         "<p>The residual dynamics as a function of that (<code>unlisted</code> in findings.json) take the error after "
         f"{end.horizon_s:g} s on held-out runs {place} and {heading}.{instead}</p>"
@@ -153,10 +147,10 @@ def _residual_dynamics(findings: Findings) -> str:
 
 def _cause(cause: Cause) -> tuple[str, ...]:
     numbers = "; ".join(
-        f"{name} = {_estimate(v.estimate, v.unit)} [{v.ci95[0]:.4g}, {v.ci95[1]:.4g}]" for name, v in cause.parameters.items()
+        f"{name} = {estimate(v.estimate, v.unit)} [{v.ci95[0]:.4g}, {v.ci95[1]:.4g}]" for name, v in cause.parameters.items()
     )
     gain = "fitted first" if np.isnan(cause.heldout_gain) else f"{cause.heldout_gain:.0f} nats"
-    return cause.effect, cause.explanation, numbers, gain, _p(cause.p_value)
+    return cause.effect, cause.explanation, numbers, gain, p_value(cause.p_value)
 
 
 def _separating(group: Sequence[str]) -> str:
@@ -170,19 +164,15 @@ def _stable(stability: Stability | None) -> str:
         (name, f"{times} of {stability.runs}", "yes" if name in stability.from_all else "no") for name, times in stability.named.items()
     ]
     moved = [
-        (f"{m.effect}, {m.parameter}", _estimate(m.estimate, m.unit), f"{_estimate(m.least, m.unit)} to {_estimate(m.most, m.unit)}",
-         f"{_estimate(m.ci95[0], m.unit)} to {_estimate(m.ci95[1], m.unit)}")
+        (f"{m.effect}, {m.parameter}", estimate(m.estimate, m.unit), f"{estimate(m.least, m.unit)} to {estimate(m.most, m.unit)}",
+         f"{estimate(m.ci95[0], m.unit)} to {estimate(m.ci95[1], m.unit)}")
         for m in stability.moved
     ]  # fmt: skip
     return (
         f"<h3>With runs left out one at a time</h3><p>{'The same effects are named each time.' if stability.stable else ''}</p>"
-        + _table(("effect", "named", "named from all runs"), counts)
-        + _table(("parameter", "all runs", "without one", "95 % interval"), moved)
+        + table(("effect", "named", "named from all runs"), counts)
+        + table(("parameter", "all runs", "without one", "95 % interval"), moved)
     )
-
-
-def _estimate(value: float, unit: str) -> str:
-    return f"{value:.4g}" if unit == "1" else f"{value:.4g} {unit}"
 
 
 def _now(findings: Findings) -> str:
@@ -197,106 +187,35 @@ def _now(findings: Findings) -> str:
         else ""
     )
     head = ("metric", "before", "after", "gain, 95 % interval", "noise floor", "reference")
-    text = f"<h2>Now predicted so</h2>{figure}" + _table(head, [_gain(gain) for gain in windows])
+    text = f"<h2>Now predicted so</h2>{figure}" + table(head, [_gain(gain) for gain in windows])
     if swarm:
         text += (
             "<h3>Whole swarms</h3><p>Errors over whole runs of all robots together: the commands replayed from the first poses, and "
             "(closed loop) the controllers run on simulated readings. For labels and detections: the share that differs.</p>"
-            + _table(head[:-1], [_gain(gain)[:-1] for gain in swarm])
+            + table(head[:-1], [_gain(gain)[:-1] for gain in swarm])
         )
     return text
 
 
 def _gain(gain: Gain) -> tuple[str, ...]:
     when = "" if gain.horizon_s is None else f" after {gain.horizon_s:g} s"
-    floor, reference = ("" if value is None else _quantity(value, gain.unit) for value in (gain.noise_floor, gain.reference))
+    floor, reference = ("" if value is None else quantity(value, gain.unit) for value in (gain.noise_floor, gain.reference))
     name = gain.metric.replace("closed_loop.", "closed loop, ").replace("_", " ")
-    interval = f"{_quantity(gain.ci95[0], gain.unit)} to {_quantity(gain.ci95[1], gain.unit)}"
-    return name + when, _quantity(gain.before, gain.unit), _quantity(gain.after, gain.unit), interval, floor, reference
+    interval = f"{quantity(gain.ci95[0], gain.unit)} to {quantity(gain.ci95[1], gain.unit)}"
+    return name + when, quantity(gain.before, gain.unit), quantity(gain.after, gain.unit), interval, floor, reference
 
 
 def _replays(findings: Findings) -> str:
     found = findings.identified
     shown = replays(findings.log, found.data, found.without, findings.spec, findings.extended)
-    players = "".join(_player(replay, findings) for replay in shown)
+    players = "".join(player(replay, findings) for replay in shown)
     return f"<h2>See for yourself</h2><p>Whole runs, simulated from the first pose by the commands alone.</p>{players}" if players else ""
 
 
-def _player(replay: Replay, findings: Findings) -> str:
-    outline, radius = findings.log.outline, findings.extended.robots[0].body.contact_radius
-    left, bottom, side = _view(replay, outline, radius)
-    content = {
-        "step": STEP, "left": round(left, 4), "bottom": round(bottom, 4), "side": round(side, 4), "radius": radius, "outline": outline,
-        "measured": _paths(replay.measured, replay.missing), "before": _paths(replay.before), "after": _paths(replay.after),
-    }  # fmt: skip
-    names = {"measured": "measured", "before": f"{findings.spec.name}, before", "after": "calibrated, after"}
-    panels = "".join(
-        f'<div><div class="{kind}">{_text(name)}</div>'
-        f'<canvas class="{kind}" data-path="{kind}" role="img" aria-label="{_text(replay.run)}: path {_text(name)}"></canvas></div>'
-        for kind, name in names.items()
-    )
-    last = len(replay.measured) - 1
-    return (
-        f'<figure class="replay"><figcaption>{_text(replay.run)}</figcaption><div class="panels">{panels}</div>'
-        f'<div class="controls"><button type="button">Play</button><input type="range" min="0" max="{last}" value="{last}" '
-        f'aria-label="time in the run"><output></output></div>'
-        f'<script type="application/json">{json.dumps(content, separators=(",", ":"))}</script></figure>'
-    )
-
-
-def _view(replay: Replay, outline: Sequence[tuple[float, float]] | None, radius: float) -> tuple[float, float, float]:
-    """Return the left and bottom edge and the side in m of a square in which every robot is seen whole.
-
-    A predicted path is followed as far as the measured ones reach on either side: a world that is far off must not make all else tiny.
-    """
-    measured = replay.measured[..., :2][replay.missing == 0]
-    known = measured if outline is None else np.vstack([measured, np.array(outline)])
-    low, high = known.min(axis=0), known.max(axis=0)
-    reach = float((high - low).max())
-    predicted = np.concatenate([path[..., :2].reshape(-1, 2) for path in (replay.before, replay.after)])
-    followed = np.vstack([known, np.clip(predicted, low - reach, high + reach)])
-    low, high = followed.min(axis=0), followed.max(axis=0)
-    extent = float((high - low).max())
-    side = 1.02 * max(extent + 2 * HEADING_MARK * radius, extent / (1.0 - 2 * HEADING_MARK / SMALLEST))
-    left, bottom = 0.5 * (low + high) - 0.5 * side
-    return float(left), float(bottom), side
-
-
-def _paths(poses: FloatArray, missing: FloatArray | None = None) -> list[list[list[float] | None]]:
-    """Return each robot's poses in mm and mrad; None where it was not seen."""
-    rounded = np.round(poses, 3)
-    return [
-        [None if missing is not None and missing[k, i] else [float(v) for v in rounded[k, i]] for k in range(len(poses))]
-        for i in range(poses.shape[1])
-    ]
-
-
 def _data(findings: Findings) -> str:
-    notes = "".join(f"<li>{_text(note)}</li>" for note in findings.notes)
+    notes = "".join(f"<li>{escaped(note)}</li>" for note in findings.notes)
     return (
         f"<h2>Data and use</h2>{f'<ul>{notes}</ul>' if notes else ''}"
         "<p>The calibrated world is <code>extended.yaml</code>, all numbers are in <code>findings.json</code>:</p>"
         '<pre>import gymnasium as gym\nimport swarm_envs\n\nenv = gym.make("HeRo/Swarm-v0", world="extended.yaml")</pre>'
     )
-
-
-# words for numbers
-
-
-def _quantity(value: float, unit: str) -> str:
-    """Return a number with its unit, in mm and mrad where it is small."""
-    if unit in ("m", "rad", "m/s", "rad/s") and abs(value) < 0.1:
-        return f"{1e3 * value:.3g} m{unit}"
-    return f"{value:.3g}" if unit == "1" else f"{value:.3g} {unit}"
-
-
-def _p(value: float) -> str:
-    return "<1e-12" if value < 1e-12 else f"{value:.1g}"
-
-
-def _table(head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
-    if not rows:
-        return ""
-    cells = "".join("<tr>" + "".join(f"<td>{_text(cell)}</td>" for cell in row) + "</tr>" for row in rows)
-    names = "".join(f'<th scope="col">{_text(cell)}</th>' for cell in head)
-    return f'<div class="scroll"><table><thead><tr>{names}</tr></thead><tbody>{cells}</tbody></table></div>'
