@@ -19,7 +19,7 @@ from swarm_envs.envs import register_environments
 from swarm_envs.simulation import Simulation, Trajectories, rollouts
 from swarm_envs.worlds import WorldError, WorldSpec, load_world, world_names
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 __all__ = [
     "Simulation",
     "Trajectories",
