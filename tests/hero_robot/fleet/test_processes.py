@@ -59,17 +59,22 @@ def test_when_the_server_is_killed_all_stop_within_500_ms(
     assert max(times) < STOP_LIMIT
 
 
-def test_ending_the_server_stops_the_robots_and_latches_and_its_log_is_whole(
+def test_ending_the_server_stops_the_robots_and_latches_and_its_log_with_a_trackers_pose_is_whole(
     serving: Serving, robots: SimulatedFleet, fleet_path: Path
 ) -> None:
     serving.start_all(robots)
     time.sleep(0.5)
+    assert serving.call("poses", poses=[{"robot": "hero_3", "x": 0.1, "y": 0.5, "theta": 1.0, "age": 0.02}]) == {"taken": 1}
     serving.end()
     assert serving.process.returncode == 0, serving.output.read_text()
     wait_for(lambda: {event.state for event in robots.latest().values()} == {ESTOP}, PATIENCE, "all to be in ESTOP")
     stop_times(robots, time.monotonic_ns())
-    with (fleet_path.parent / "log" / "commands.csv").open() as stream:
-        rows = list(csv.DictReader(stream))
+    rows, poses = (
+        list(csv.DictReader((fleet_path.parent / "log" / name).read_text().splitlines())) for name in ("commands.csv", "poses.csv")
+    )
+    assert [(row["robot"], float(row["x"]), float(row["theta"])) for row in poses if row["run"] == rows[-1]["run"]] == [
+        ("hero_3", 0.1, 1.0)
+    ]
     moving = {row["robot"] for row in rows if float(row["v"]) > 0 and row["run"] == rows[-1]["run"]}
     assert moving == {f"hero_{number}" for number in range(1, 9)}
 
