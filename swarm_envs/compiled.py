@@ -44,7 +44,7 @@ def compiled(*signature: str, **options: Any) -> Callable[[F], F]:
     """Decorate a function to be compiled on first use, without the interpreter's lock, and cached on disk.
 
     Args:
-        signature: The types of the result and the arguments where only one set of them shall be compiled, at import; several
+        signature: The types of the result and the arguments where only one set of them is to be compiled, at import; several
             would be for callers that pass a constant, an index and a number.
         **options: Passed to :func:`numba.njit`, such as ``forceinline``; ``_nrt=False`` for functions that create no array:
             numba then counts no references, which costs more than the physics where a loop looks at an array's rows.

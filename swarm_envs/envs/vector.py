@@ -36,7 +36,7 @@ class SwarmVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], npt.NDArra
 
     Spaces, rewards, starts and episodes are the scalar environment's, and so is every bit of a run on the same engine:
     copy ``i`` of a reset with seed ``s`` is a scalar environment reset with ``s + i``. The default engine is ``disc``, the faster for
-    many worlds, while ``gym.make`` takes ``chipmunk``: give both the same ``engine`` where they shall agree to the last bit.
+    many worlds, while ``gym.make`` takes ``chipmunk``: give both the same ``engine`` where they have to agree to the last bit.
 
     Args:
         num_envs: Number of copies, N.

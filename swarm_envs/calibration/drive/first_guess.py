@@ -28,7 +28,7 @@ def initial_gains(log: Log, base: FloatArray) -> tuple[float, float]:
 
 
 def in_other_units(log: Log, gains: tuple[float, float]) -> bool:
-    """Whether commands are so far from SI units that gains want to be fitted before anything else."""
+    """Whether commands are so far from SI units that gains have to be fitted before anything else."""
     return log.driver_units or any(not LIKELY[0] < gain < LIKELY[1] for gain in gains if np.isfinite(gain))
 
 

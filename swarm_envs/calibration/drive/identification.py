@@ -120,7 +120,7 @@ def _without_each_fold(likelihood: DriveLikelihood, fit: Fit, named: Sequence[st
     for fold in range(folds):
         part = data.of_runs([g for g in range(groups) if folds == 1 or g % folds != fold])
         model, gains = likelihood.fit(fit.model, named, part, 5).model, fit.model.gains.copy()
-        # of a robot that is only in what is held out nobody knows how it differs
+        # how a robot differs is not known where all of its runs are held out
         known = np.unique(part.robot)
         gains[:] = model.gains[known].mean(axis=0)
         gains[known] = model.gains[known]

@@ -82,7 +82,7 @@ def criticise(found: Residuals) -> list[Discrepancy]:
 def _scores(errors: FloatArray, labels: FloatArray, block: IntArray, signs: FloatArray) -> FloatArray:
     """Return the sum of squares (S + 1,) that groups explain: as it is, then what they explain by chance, with random signs (S, B).
 
-    Chance has the errors about their groups' means, widened by what the means took: a dependence shall not hide behind itself.
+    Chance has the errors about their groups' means, widened by what the means took: a dependence must not hide behind itself.
     """
     kinds = np.unique(labels[~np.isnan(labels)])
     blocks = signs.shape[1]

@@ -62,7 +62,7 @@ def _simulated(run: SwarmRun, times: FloatArray, world: WorldSpec, parameters: F
     """Return the readings (D,) that a world's sensors give at the measured poses at the same times."""
     robots = tuple(world.robots[k % world.num_robots] for k in range(len(run.tracks)))
     seeing = world.replace(robots=robots, broadcast=None, objects=()).with_effects(sensor_delay=0.0)
-    # the arena matters only where it hides robots, and none of the log's is known to
+    # an arena counts only where it hides robots, which no log's outline is known to do
     spec = seeing.replace(arena=arena_world(seeing, None, len(robots)).arena)
     simulation = Simulation(spec, len(times), "disc")
     simulation.reset(seed)
