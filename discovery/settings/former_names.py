@@ -34,12 +34,13 @@ def rename_keys(config: DictConfig) -> list[str]:
 
 def rename_words(words: Sequence[str]) -> tuple[list[str], list[str]]:
     """Return the words of a command line with today's names, and a line for each that has changed."""
-    renamed = [_rename(word) for word in words]
-    told = [
-        _say(former, word) if word in CHOICES.values() else _say(former.partition("=")[0], word.partition("=")[0])
-        for former, word in zip(words, renamed, strict=True)
-        if former != word
-    ]
+    renamed, told = [], []
+    for former in words:
+        word = _rename(former)
+        renamed.append(word)
+        if word != former:
+            keys = former.partition("=")[0], word.partition("=")[0]
+            told.append(_say(former, word) if keys[0] == keys[1] else _say(*keys))
     return renamed, told
 
 
@@ -52,4 +53,5 @@ def _rename(word: str) -> str:
     plain = key.lstrip("+")
     if plain in KEYS:
         return f"{key[: len(key) - len(plain)]}{KEYS[plain]}{equals}{value}"
-    return CHOICES.get(word, word)
+    choices = [f"{key}={choice}" for choice in value.split(",")]  # a sweep names several
+    return key + equals + ",".join(CHOICES.get(choice, choice).removeprefix(f"{key}=") for choice in choices)

@@ -113,6 +113,15 @@ def test_earlier_names_on_the_command_line_are_taken_and_told(monkeypatch: pytes
     assert len(said) == 3
 
 
+def test_an_earlier_choice_is_taken_in_a_sweep_too_and_other_words_stay_as_they_are() -> None:
+    sweep, today = "representation=simclr,hand_crafted_roots", "representation=simclr,hand_crafted_square_root"
+    others = ["-m", "search.include=[[0.1,0,0.05,1]]", "name=a=b", "resume="]
+    assert rename_words([*others, sweep]) == (
+        [*others, today],
+        [f"{sweep} is now {today}; the earlier name will go with the next version"],
+    )
+
+
 @pytest.mark.parametrize("former", KEYS)
 def test_each_earlier_key_is_taken_on_the_command_line_and_in_a_config(former: str) -> None:
     group, name = KEYS[former].split(".")
