@@ -51,9 +51,9 @@ def address(site: Path) -> Iterator[str]:
         server.shutdown()
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
-    """A browser window of 1280 x 1000 pixels."""
+    """A browser window of 1280 x 1000 pixels; closed after each file, since a page's swarm that runs on takes most of a core."""
     with headless_chromium(tmp_path_factory.mktemp("chromium"), "--window-size=1280,1000") as started:
         started.set_script_timeout(120)
         yield started
