@@ -76,7 +76,8 @@ class Trajectories:
             WorldError: When the file is missing, damaged or something else.
         """
         try:
-            with np.load(path, allow_pickle=False) as file:
+            # opened here: numpy leaves a file open that turns out to be damaged
+            with open(path, "rb") as opened, np.load(opened, allow_pickle=False) as file:
                 header = json.loads(str(file["header"]))
                 if header.get("format") != FORMAT:
                     raise WorldError(f"{path}: format is {header.get('format')!r}, expected {FORMAT!r}; save it again with this version")

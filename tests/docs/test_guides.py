@@ -81,7 +81,7 @@ def tree_with_changes(parts: list[Snippet], folder: Path) -> Path:
     tree = folder / "tree"
     changed = {name for part in parts for name in re.findall(r"^--- a/(\w+)/", part.text, flags=re.MULTILINE)}
     for name in changed | {part.file.split("/")[0] for part in parts if part.file}:
-        shutil.copytree(ROOT / name, tree / name, ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copytree(ROOT / name, tree / name, symlinks=True, ignore=shutil.ignore_patterns("__pycache__"))
     for part in parts:
         if part.file:
             (tree / part.file).write_text(part.text)

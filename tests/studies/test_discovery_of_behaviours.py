@@ -325,7 +325,7 @@ def test_the_page_has_every_table_and_keeps_what_a_person_wrote(study: Study, ev
     write_page(page, study.plan, evaluations, {"imagenet": "no weights"}, 2)
     text = page.read_text()
     for words in (
-        "## Representations (Figure 3)", "## Maps (Figure 4)", "## What the ten are (Table 1)", "## What survives (Table 2)",
+        "## Representations (Figure 3)", "## Maps (Figure 4)", "## Behaviours of the ten medoids (Table 1)", "## What survives (Table 2)",
         "## Better than the paper",
         "Labels are given by rules", "simulated annotator", "Left out: `imagenet`, no weights.", "`cosine` (1 of 2)", "2.60 ± 0.33", "✗✗✗",
         "| ImageNet | random weights, as asked |", "| `unrefined, own speed` |", "| *paper: SimCLR* | 2.00 ± 0.00 |", EMPTY,
